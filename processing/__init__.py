@@ -1,0 +1,1 @@
+"""From a recording to results: `pipeline` is the method on one page."""
