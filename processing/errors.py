@@ -1,0 +1,121 @@
+"""Estimates against the ground truth (thesis 5.2): the only reader of it beside the review, which draws it."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from processing.results.records import (
+    Centroid,
+    MethodResult,
+    PairErrors,
+    PairEstimate,
+    SessionResult,
+    ViewErrors,
+    ViewEstimate,
+    ViewResult,
+    summarize,
+)
+from recorder import poses
+
+Truth = Mapping[int, np.ndarray]  # T_object_camera by recorded index
+
+
+def translation_error(T_true: np.ndarray, T_estimated: np.ndarray) -> float:
+    """|| t_grd - t_est || [m] (5.1)."""
+    return float(np.linalg.norm(T_true[:3, 3] - T_estimated[:3, 3]))
+
+
+def rotation_error(T_true: np.ndarray, T_estimated: np.ndarray) -> float:
+    """|| I - R_grd R_est^T ||_F (5.2), the chordal distance, 0 to 2 sqrt(2)."""
+    return poses.chordal_distance(T_true[:3, :3], T_estimated[:3, :3])
+
+
+def rotation_error_deg(T_true: np.ndarray, T_estimated: np.ndarray) -> float:
+    """The angle [degrees] between two rotations."""
+    return float(np.degrees(poses.rotation_angle(T_true[:3, :3] @ T_estimated[:3, :3].T)))
+
+
+def center_error(T_true: np.ndarray, T_estimated: np.ndarray, center: np.ndarray) -> float:
+    """How far apart two poses put the object's centre (3,) [m]: does not grow with the camera's distance."""
+    return float(np.linalg.norm(poses.transform(T_true, center[None]) - poses.transform(T_estimated, center[None])))
+
+
+def with_errors(results: Iterable[ViewResult | SessionResult], truth: Truth) -> Iterator[ViewResult | SessionResult]:
+    """The stream of results with errors filled in wherever the truth is known.
+
+    The object's centre is that of all used views, so errors of the centre come with the SessionResult only.
+    """
+    for result in results:
+        yield _of_session(result, truth) if isinstance(result, SessionResult) else _of_view(result, truth)
+
+
+def _of_view(result: ViewResult, truth: Truth) -> ViewResult:
+    return replace(
+        result,
+        poses={method: _of_pose(pose, truth, result.origin, None) for method, pose in result.poses.items()},
+        pairs={method: _of_pair(pair, truth, result.origin, None) for method, pair in result.pairs.items()},
+    )
+
+
+def _of_session(result: SessionResult, truth: Truth) -> SessionResult:
+    center = _center(result.centroids, truth, result.origin)
+
+    def evaluate(method: MethodResult) -> MethodResult:
+        views = tuple(_of_pose(pose, truth, result.origin, center) for pose in method.views)
+        pairs = tuple(_of_pair(pair, truth, result.origin, center) for pair in method.pairs)
+        return replace(method, views=views, pairs=pairs, summary=summarize(views, result.origin))
+
+    return replace(result, reconstruction={name: evaluate(method) for name, method in result.reconstruction.items()})
+
+
+def _of_pose(estimate: ViewEstimate, truth: Truth, origin: int | None, center: np.ndarray | None) -> ViewEstimate:
+    T_true = _relative(truth, origin, estimate.view)
+    T = estimate.T_0_i
+    if T_true is None or T is None:
+        return estimate
+    errors = ViewErrors(
+        translation_error_m=translation_error(T_true, T),
+        rotation_error_chordal=rotation_error(T_true, T),
+        rotation_error_deg=rotation_error_deg(T_true, T),
+        center_error_m=None
+        if center is None
+        else center_error(T_true, T, poses.transform(poses.invert(T_true), center[None])[0]),
+    )
+    return replace(estimate, errors=errors)
+
+
+def _of_pair(pair: PairEstimate, truth: Truth, origin: int | None, center: np.ndarray | None) -> PairEstimate:
+    T_true = _relative(truth, pair.target, pair.source)
+    T_0_source = _relative(truth, origin, pair.source)
+    T = pair.T_target_source
+    if T_true is None or T is None:
+        return pair
+    known = center is not None and T_0_source is not None
+    degrees = rotation_error_deg(T_true, T)
+    errors = PairErrors(
+        rotation_error_deg=degrees,
+        center_error_m=center_error(T_true, T, poses.transform(poses.invert(T_0_source), center[None])[0])
+        if known
+        else None,
+        rotation_error_deg_observable=degrees,  # no motion is declared unobservable
+    )
+    return replace(pair, errors=errors)
+
+
+def _relative(truth: Truth, target: int | None, source: int) -> np.ndarray | None:
+    """The true T_target_source; None where one of the two is unknown."""
+    if target not in truth or source not in truth:
+        return None
+    return poses.invert(truth[target]) @ truth[source]
+
+
+def _center(centroids: Mapping[int, Centroid], truth: Truth, origin: int | None) -> np.ndarray | None:
+    """The mean in frame {0} of all points of the used views, placed by the truth; (3,) metres."""
+    total, count = np.zeros(3), 0
+    for view, centroid in centroids.items():
+        T_0_i = _relative(truth, origin, view)
+        if T_0_i is not None:
+            total += centroid.points * poses.transform(T_0_i, centroid.mean[None])[0]
+            count += centroid.points
+    return total / count if count else None

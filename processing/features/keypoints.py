@@ -1,0 +1,116 @@
+"""Intrinsic shape signatures (ISS): keypoints where the surface spreads differently along all three axes (thesis 4.1)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+
+from processing.features.eigen import symmetric_eigen
+from processing.features.grid import Grid, rows_around
+
+
+@dataclass(frozen=True)
+class KeypointSettings:
+    """Multiples of the working resolution w; no value is in the thesis."""
+
+    salient_radius: float = 4.0
+    non_max_radius: float = 1.5
+    gamma_21: float = 0.975  # a second eigenvalue above this share of the first: the axes are not told apart
+    gamma_32: float = 0.975
+    min_neighbours: int = 5
+    at_most: int = 2000  # the most salient ones
+
+
+def detect_keypoints(
+    grid: Grid, salient_radius: float, non_max_radius: float, settings: KeypointSettings
+) -> tuple[np.ndarray, np.ndarray]:
+    """(indices, saliency): the original indices (K,) of the keypoints, most salient first, radii in metres.
+
+    Saliency is the smallest eigenvalue of the scatter about the point. Zhong, Intrinsic shape signatures (2009), as
+    PCL computes it. The grid's cells must be at least as large as both radii.
+    """
+    saliency = _saliency(
+        grid.points,
+        grid.keys,
+        grid.low,
+        grid.cell,
+        float(salient_radius),
+        settings.gamma_21,
+        settings.gamma_32,
+        settings.min_neighbours,
+    )
+    largest = _is_largest(
+        grid.points, grid.keys, grid.low, grid.cell, float(non_max_radius), saliency, settings.min_neighbours
+    )
+    found = np.flatnonzero(largest)
+    indices = grid.order[found]
+    ranked = np.lexsort((indices, -saliency[found]))[: settings.at_most]
+    return indices[ranked], saliency[found[ranked]]
+
+
+@njit(parallel=True, cache=True)
+def _saliency(
+    points: np.ndarray,
+    keys: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    radius: float,
+    gamma_21: float,
+    gamma_32: float,
+    min_neighbours: int,
+) -> np.ndarray:
+    saliency = np.zeros(len(points))
+    for i in prange(len(points)):
+        rows = np.empty((9, 2), np.int64)
+        p = points[i]
+        rows_around(keys, low, cell, p, rows)
+        count = 0
+        S = np.zeros((3, 3))
+        for r in range(9):
+            for j in range(rows[r, 0], rows[r, 1]):
+                x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+                if x * x + y * y + z * z < radius * radius:
+                    count += 1
+                    S[0, 0] += x * x
+                    S[0, 1] += x * y
+                    S[0, 2] += x * z
+                    S[1, 1] += y * y
+                    S[1, 2] += y * z
+                    S[2, 2] += z * z
+        if count < min_neighbours:
+            continue
+        S[1, 0], S[2, 0], S[2, 1] = S[0, 1], S[0, 2], S[1, 2]
+        e3, e2, e1 = symmetric_eigen(S, np.empty((3, 3)))
+        if e3 > 0.0 and e2 < gamma_21 * e1 and e3 < gamma_32 * e2:
+            saliency[i] = e3
+    return saliency
+
+
+@njit(parallel=True, cache=True)
+def _is_largest(
+    points: np.ndarray,
+    keys: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    radius: float,
+    saliency: np.ndarray,
+    min_neighbours: int,
+) -> np.ndarray:
+    """Non-maximum suppression: which points are the most salient of their ball."""
+    largest = np.zeros(len(points), np.bool_)
+    for i in prange(len(points)):
+        if saliency[i] <= 0.0:
+            continue
+        rows = np.empty((9, 2), np.int64)
+        p = points[i]
+        rows_around(keys, low, cell, p, rows)
+        count = 0
+        beaten = False
+        for r in range(9):
+            for j in range(rows[r, 0], rows[r, 1]):
+                x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+                if x * x + y * y + z * z < radius * radius:
+                    count += 1
+                    beaten |= saliency[j] > saliency[i]
+        largest[i] = not beaten and count >= min_neighbours
+    return largest

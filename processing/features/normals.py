@@ -1,0 +1,75 @@
+"""Surface normals by principal components of the neighbourhood."""
+
+import numpy as np
+from numba import njit, prange
+
+from processing.features.eigen import symmetric_eigen
+from processing.features.grid import Grid, rows_around
+
+MIN_NEIGHBOURS = 3
+
+
+def estimate_normals(grid: Grid, radius: float, sensor_origin: np.ndarray | None) -> np.ndarray:
+    """Unit normals (N, 3) of the grid's points, in the original order; NaN where there are too few neighbours.
+
+    The neighbourhood is a ball [m] about each point. Normals face the sensor (3,), or away from the cloud's centroid
+    where its place is unknown (None).
+    """
+    inwards = sensor_origin is None
+    towards = grid.points.mean(axis=0) if inwards else np.asarray(sensor_origin, dtype=np.float64)
+    sorted_normals = _normals(grid.points, grid.keys, grid.low, grid.cell, float(radius), towards, inwards)
+    normals = np.empty_like(sorted_normals)
+    normals[grid.order] = sorted_normals
+    return normals
+
+
+@njit(parallel=True, cache=True)
+def _normals(
+    points: np.ndarray,
+    keys: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    radius: float,
+    towards: np.ndarray,
+    away: bool,
+) -> np.ndarray:
+    normals = np.empty_like(points)
+    for i in prange(len(points)):
+        rows = np.empty((9, 2), np.int64)
+        p = points[i]
+        rows_around(keys, low, cell, p, rows)
+        count = 0
+        sx = sy = sz = sxx = sxy = sxz = syy = syz = szz = 0.0
+        for r in range(9):
+            for j in range(rows[r, 0], rows[r, 1]):
+                x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+                if x * x + y * y + z * z < radius * radius:
+                    count += 1
+                    sx += x
+                    sy += y
+                    sz += z
+                    sxx += x * x
+                    sxy += x * y
+                    sxz += x * z
+                    syy += y * y
+                    syz += y * z
+                    szz += z * z
+        if count < MIN_NEIGHBOURS:
+            normals[i] = np.nan
+            continue
+        C = np.empty((3, 3))
+        C[0, 0] = sxx - sx * sx / count
+        C[0, 1] = C[1, 0] = sxy - sx * sy / count
+        C[0, 2] = C[2, 0] = sxz - sx * sz / count
+        C[1, 1] = syy - sy * sy / count
+        C[1, 2] = C[2, 1] = syz - sy * sz / count
+        C[2, 2] = szz - sz * sz / count
+        vectors = np.empty((3, 3))
+        symmetric_eigen(C, vectors)
+        facing = 0.0
+        for k in range(3):
+            facing += vectors[k, 0] * (towards[k] - p[k])
+        flip = (facing < 0.0) != away
+        for k in range(3):
+            normals[i, k] = -vectors[k, 0] if flip else vectors[k, 0]
+    return normals

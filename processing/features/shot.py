@@ -1,0 +1,190 @@
+"""SHOT descriptors: histograms of normals in a repeatable local reference frame (thesis 4.1; Tombari 2010).
+
+The conventions are PCL's, so that values can be compared: 8 azimuth x 2 radial x 2 elevation volumes of 11 cosine bins.
+A neighbour adds, for each of the four quantities, 1 - d to its own bin and d to one adjacent bin; the cosine's adjacent
+bin wraps modulo 10 as PCL's does.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+
+from processing.features.eigen import symmetric_eigen
+from processing.features.grid import Grid, rows_around
+
+LENGTH = 352
+_COSINE_STEPS = 10
+_BINS = _COSINE_STEPS + 1
+_MIN_FRAME_NEIGHBOURS = 5
+
+
+@dataclass(frozen=True)
+class ShotSettings:
+    """Multiples of the working resolution w; not in the thesis."""
+
+    radius: float = 20.0
+
+
+def describe(grid: Grid, normals: np.ndarray, keypoints: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """(descriptors (K, 352) float32 of unit length, frames (K, 3, 3) with rows x, y, z) of the keypoints (K, 3).
+
+    normals (N, 3) are in the grid's original order; radius [m] at most the grid's cell. A keypoint with fewer than five
+    neighbours has no frame: its row is NaN. A neighbour without a normal counts for the frame only.
+    """
+    sorted_normals = np.ascontiguousarray(normals[grid.order], dtype=np.float64)
+    keypoints = np.ascontiguousarray(keypoints, dtype=np.float64)
+    return _describe(grid.points, grid.keys, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
+
+
+@njit(parallel=True, cache=True)
+def _describe(
+    points: np.ndarray,
+    keys: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    normals: np.ndarray,
+    keypoints: np.ndarray,
+    radius: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    descriptors = np.empty((len(keypoints), LENGTH), np.float32)
+    frames = np.empty((len(keypoints), 3, 3))
+    for i in prange(len(keypoints)):
+        rows = np.empty((9, 2), np.int64)
+        rows_around(keys, low, cell, keypoints[i], rows)
+        frame = frames[i]
+        if not _local_frame(points, rows, keypoints[i], radius, frame):
+            frame[:] = np.nan
+            descriptors[i] = np.nan
+            continue
+        histogram = np.zeros(LENGTH)
+        _fill(points, normals, rows, keypoints[i], radius, frame, histogram)
+        norm = np.sqrt((histogram * histogram).sum())
+        for k in range(LENGTH):
+            descriptors[i, k] = histogram[k] / norm if norm > 0.0 else 0.0
+    return descriptors, frames
+
+
+@njit(cache=True)
+def _local_frame(points: np.ndarray, rows: np.ndarray, p: np.ndarray, radius: float, frame: np.ndarray) -> bool:
+    """Fill frame (rows x, y, z) from the distance-weighted covariance about the keypoint; False: too few neighbours."""
+    C = np.zeros((3, 3))
+    total = 0.0
+    count = 0
+    for r in range(9):
+        for j in range(rows[r, 0], rows[r, 1]):
+            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            squared = x * x + y * y + z * z
+            if 0.0 < squared < radius * radius:
+                weight = radius - np.sqrt(squared)
+                total += weight
+                count += 1
+                C[0, 0] += weight * x * x
+                C[0, 1] += weight * x * y
+                C[0, 2] += weight * x * z
+                C[1, 1] += weight * y * y
+                C[1, 2] += weight * y * z
+                C[2, 2] += weight * z * z
+    if count < _MIN_FRAME_NEIGHBOURS or total <= 0.0:
+        return False
+    C[1, 0], C[2, 0], C[2, 1] = C[0, 1], C[0, 2], C[1, 2]
+    C /= total
+    vectors = np.empty((3, 3))
+    symmetric_eigen(C, vectors)
+    for k in range(3):
+        frame[0, k] = vectors[k, 2]
+        frame[2, k] = vectors[k, 0]
+    for axis in (0, 2):
+        if _majority_points_back(points, rows, p, radius, frame[axis], count):
+            for k in range(3):
+                frame[axis, k] = -frame[axis, k]
+    frame[1, 0] = frame[2, 1] * frame[0, 2] - frame[2, 2] * frame[0, 1]
+    frame[1, 1] = frame[2, 2] * frame[0, 0] - frame[2, 0] * frame[0, 2]
+    frame[1, 2] = frame[2, 0] * frame[0, 1] - frame[2, 1] * frame[0, 0]
+    return True
+
+
+@njit(cache=True)
+def _majority_points_back(
+    points: np.ndarray, rows: np.ndarray, p: np.ndarray, radius: float, axis: np.ndarray, count: int
+) -> bool:
+    """Whether most neighbours lie against the axis; on a tie, most of the five about the median distance."""
+    ahead = 0
+    for r in range(9):
+        for j in range(rows[r, 0], rows[r, 1]):
+            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            squared = x * x + y * y + z * z
+            if 0.0 < squared < radius * radius and x * axis[0] + y * axis[1] + z * axis[2] >= 0.0:
+                ahead += 1
+    if 2 * ahead != count:
+        return 2 * ahead < count
+    distances = np.empty(count)
+    along = np.empty(count)
+    k = 0
+    for r in range(9):
+        for j in range(rows[r, 0], rows[r, 1]):
+            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            squared = x * x + y * y + z * z
+            if 0.0 < squared < radius * radius:
+                distances[k] = squared
+                along[k] = x * axis[0] + y * axis[1] + z * axis[2]
+                k += 1
+    order = np.argsort(distances)
+    ahead = 0
+    for k in range(max(0, count // 2 - 2), min(count, count // 2 + 3)):
+        if along[order[k]] > 0.0:
+            ahead += 1
+    return ahead < 3
+
+
+@njit(cache=True)
+def _fill(
+    points: np.ndarray,
+    normals: np.ndarray,
+    rows: np.ndarray,
+    p: np.ndarray,
+    radius: float,
+    frame: np.ndarray,
+    histogram: np.ndarray,
+) -> None:
+    """Add every neighbour to the histogram (352,)."""
+    half = radius / 2
+    for r in range(9):
+        for j in range(rows[r, 0], rows[r, 1]):
+            dx, dy, dz = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            squared = dx * dx + dy * dy + dz * dz
+            if not 0.0 < squared < radius * radius or np.isnan(normals[j, 0]):
+                continue
+            distance = np.sqrt(squared)
+            x = dx * frame[0, 0] + dy * frame[0, 1] + dz * frame[0, 2]
+            y = dx * frame[1, 0] + dy * frame[1, 1] + dz * frame[1, 2]
+            z = dx * frame[2, 0] + dy * frame[2, 1] + dz * frame[2, 2]
+            cosine = normals[j, 0] * frame[2, 0] + normals[j, 1] * frame[2, 1] + normals[j, 2] * frame[2, 2]
+
+            position = (1.0 + min(1.0, max(-1.0, cosine))) * _COSINE_STEPS / 2
+            step = int(np.floor(position + 0.5))
+            azimuth = np.arctan2(y, x)
+            sector = min(7, int((azimuth + np.pi) / (np.pi / 4)))
+            outer = 1 if distance > half else 0
+            upper = 1 if z > 0.0 else 0
+            volume = sector * 4 + outer * 2 + upper
+
+            off_step = position - step
+            beside = (step + 1) % _COSINE_STEPS if off_step > 0.0 else (step - 1 + _COSINE_STEPS) % _COSINE_STEPS
+            histogram[volume * _BINS + beside] += abs(off_step)
+
+            off_shell = (distance - (0.75 if outer else 0.25) * radius) / half
+            if (off_shell > 0.0) != (outer == 1):  # towards the other shell
+                histogram[(volume + (2 if outer == 0 else -2)) * _BINS + step] += abs(off_shell)
+
+            inclination = np.arccos(min(1.0, max(-1.0, z / distance)))
+            off_cone = (inclination - (0.25 if upper else 0.75) * np.pi) / (np.pi / 2)
+            if (off_cone > 0.0) == (upper == 1):  # towards the other half
+                histogram[(volume + (-1 if upper else 1)) * _BINS + step] += abs(off_cone)
+
+            off_sector = (azimuth - (-7 * np.pi / 8 + sector * np.pi / 4)) / (np.pi / 4)
+            off_sector = min(0.5, max(-0.5, off_sector))
+            beside = (volume + (4 if off_sector > 0.0 else 28)) % 32
+            histogram[beside * _BINS + step] += abs(off_sector)
+
+            histogram[volume * _BINS + step] += 4.0 - abs(off_step) - abs(off_shell) - abs(off_cone) - abs(off_sector)

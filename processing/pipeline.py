@@ -1,0 +1,155 @@
+"""THE PAGE: the method of the thesis (chapter 4) and what we add to it, a named call for each step, in order.
+
+Views come without poses, and ground truth never enters here: `errors.with_errors` adds errors to what this yields.
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+
+import numpy as np
+
+from processing.features.grid import build
+from processing.features.keypoints import detect_keypoints
+from processing.features.shot import describe
+from processing.reconstruction.matching import match
+from processing.reconstruction.model import build_model
+from processing.reconstruction.pair import Prepared, register_competing, register_consensus, register_icp
+from processing.reconstruction.ransac import Consensus, estimate_pose
+from processing.reconstruction.trajectory import Trajectory
+from processing.results.records import METHODS, Correspondences, PairEstimate, SessionResult, ViewRecord, ViewResult
+from processing.settings import Settings
+from processing.surface import Scale, Surface, choose_scale, prepare
+from processing.timing import Stopwatch, total
+from recorder.session import SessionInfo, Views
+
+_USE_FEATURES = ("ransac_icp", "pairwise")
+_RANSAC = 4  # names the step's random stream
+
+
+def process(
+    views: Views, info: SessionInfo, settings: Settings | None = None, methods: Sequence[str] = METHODS, seed: int = 0
+) -> Iterator[ViewResult | SessionResult]:
+    """A ViewResult per view as soon as it is placed, then exactly one SessionResult.
+
+    The same input, settings and seed give the same numbers to the last bit, whatever the number of threads.
+    """
+    started = time.perf_counter()
+    settings = settings or Settings()
+    scale = choose_scale(views, settings.surface)
+    trajectories = {method: Trajectory() for method in methods}
+    sharing = [method for method in methods if method in _USE_FEATURES]
+    records: list[ViewRecord] = []
+    origin = None
+    for view in views:
+        watch = Stopwatch()
+        with watch("prepare", *methods):
+            surface = prepare(view, scale, info.sensor_origin, settings.surface)
+        current = _describe(surface, scale, settings, watch, sharing)
+        poses, pairs, found = {}, {}, {}
+        for method, trajectory in trajectories.items():
+            target = trajectory.last
+            if not surface.enough:
+                poses[method] = trajectory.skip(view.index, "unreadable" if view.damage else "too_few_points")
+            elif target is None:
+                origin = view.index
+                poses[method] = trajectory.start(current)
+            else:
+                if method in sharing and target not in found:
+                    found[target] = _correspond(current, target, scale, settings, seed, watch, sharing)
+                pairs[method] = _register(method, current, target, found.get(target), scale, settings, watch)
+                poses[method] = trajectory.extend(current, pairs[method])
+        correspondences = [matches for matches, _ in found.values()]
+        result = ViewResult(
+            view=view.index,
+            name=view.name,
+            stamp_ns=view.stamp_ns,
+            points=surface.points,
+            colors=surface.colors,
+            keypoints=current.keypoints,
+            correspondences=correspondences[-1] if correspondences else None,
+            pairs=pairs,
+            poses=poses,
+            seconds=watch.seconds(),
+            origin=origin,
+            damage=view.damage,
+        )
+        records.append(ViewRecord.of(result))
+        yield result
+    merging = time.perf_counter()
+    model = build_model(views, {method: t.poses() for method, t in trajectories.items()}, scale, settings.model)
+    ended = time.perf_counter()
+    yield SessionResult(
+        info=info,
+        views_used=tuple(record.view for record in records),
+        view_names=tuple(record.name for record in records),
+        stamps_ns=tuple(record.stamp_ns for record in records),
+        origin=origin,
+        reconstruction={method: t.result(origin) for method, t in trajectories.items()},
+        model=model,
+        seconds=total(records, methods, ended - merging, ended - started),
+        settings=asdict(settings),
+        seed=seed,
+        centroids={record.view: record.centroid for record in records if record.centroid},
+        unreadable={record.view: record.damage for record in records if record.damage},
+    )
+
+
+def _describe(surface: Surface, scale: Scale, settings: Settings, watch: Stopwatch, methods: Sequence[str]) -> Prepared:
+    """Steps 1 and 2: ISS keypoints and their SHOT descriptors, for the methods that use them."""
+    how = settings.pair.refinement
+    if not (surface.enough and methods):
+        return Prepared(surface, np.empty((0, 3)), np.empty((0, 0)), how)
+    w = scale.working
+    with watch("keypoints", *methods):
+        radii = w * settings.keypoints.salient_radius, w * settings.keypoints.non_max_radius
+        indices, _ = detect_keypoints(build(surface.working, max(radii)), *radii, settings.keypoints)
+        keypoints = surface.working[indices]
+    with watch("descriptors", *methods):
+        radius = w * settings.shot.radius
+        descriptors, _ = describe(build(surface.working, radius), surface.normals, keypoints, radius)
+    return Prepared(surface, keypoints, descriptors, how)
+
+
+def _correspond(
+    source: Prepared,
+    target: Prepared,
+    scale: Scale,
+    settings: Settings,
+    seed: int,
+    watch: Stopwatch,
+    methods: Sequence[str],
+) -> tuple[Correspondences, Consensus | None]:
+    """Steps 3 and 4: matched descriptors, and the pose most of them agree on."""
+    with watch("matching", *methods):
+        matches = match(source.descriptors, target.descriptors, settings.matching)
+        source_points, target_points = source.keypoints[matches[:, 0]], target.keypoints[matches[:, 1]]
+    pair = source.surface.view, target.surface.view
+    with watch("ransac", *methods):
+        rng = np.random.default_rng((seed, _RANSAC, *pair))
+        tolerance = scale.working * settings.ransac.tolerance
+        consensus = estimate_pose(source_points, target_points, tolerance, settings.ransac, rng)
+    inlier = np.zeros(len(matches), bool) if consensus is None else consensus.inlier
+    return Correspondences(*pair, source_points, target_points, inlier), consensus
+
+
+def _register(
+    method: str,
+    source: Prepared,
+    target: Prepared,
+    found: tuple[Correspondences, Consensus | None] | None,
+    scale: Scale,
+    settings: Settings,
+    watch: Stopwatch,
+) -> PairEstimate:
+    """Step 5: the pose of a pair by one method."""
+    if method == "icp":
+        with watch("icp", method):
+            return register_icp(source, target, scale, settings.pair)
+    correspondences, consensus = found
+    matches = len(correspondences.inlier)
+    if method == "ransac_icp":
+        with watch("icp", method):
+            return register_consensus(source, target, matches, consensus, scale, settings.pair)
+    with watch("refine", method):
+        return register_competing(source, target, matches, consensus, scale, settings.pair)

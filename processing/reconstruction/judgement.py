@@ -1,0 +1,90 @@
+"""Whether two surfaces agree under a pose: the only grounds on which an estimate is called right."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import get_num_threads
+from scipy.spatial import cKDTree
+
+from processing.surface import Scale, Surface
+from recorder import poses
+
+
+@dataclass(frozen=True)
+class JudgementSettings:
+    """What counts as agreement; not in the thesis."""
+
+    gate: float = 2.0  # multiples of the working resolution: points farther apart do not overlap
+    normal_cosine: float = 0.5  # nor do surfaces that face apart by more than 60 degrees
+    min_overlap: float = 0.3
+    max_residual: float = 0.5  # multiples of the working resolution, besides the noise of both views
+    ambiguous_score: float = 0.95  # a runner-up with this share of the best score explains the views as well ...
+    distinct_deg: float = 5.0  # ... if it is another pose: turned by more than this ...
+    distinct_shift: float = 0.05  # ... or moved by more than this share of the diameter
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """How far the surfaces agree."""
+
+    overlap: float  # share of the smaller working cloud that lies on the other, 0 to 1
+    rmse: float  # distance of the overlapping points along the normal [m]
+    score: float  # overlap, each point weighed by how well it fits, 0 to 1
+
+
+def judge(
+    T_target_source: np.ndarray,
+    source: Surface,
+    target: Surface,
+    target_tree: cKDTree,
+    scale: Scale,
+    settings: JudgementSettings,
+) -> Judgement:
+    """The agreement of the working clouds of two surfaces; target_tree holds the target's."""
+    moved = poses.transform(T_target_source, source.working)
+    distance, nearest = target_tree.query(
+        moved, distance_upper_bound=settings.gate * scale.working, workers=get_num_threads()
+    )
+    near = np.isfinite(distance)
+    partner = nearest[near]
+    normals = target.normals[partner]
+    facing = np.einsum("ni,ni->n", source.normals[near] @ T_target_source[:3, :3].T, normals)
+    overlapping = facing > settings.normal_cosine  # false where either normal is NaN
+    if not overlapping.any():
+        return Judgement(0.0, 0.0, 0.0)
+    offset = moved[near] - target.working[partner]
+    residual = np.einsum("ni,ni->n", offset, normals)[overlapping]
+    smaller = min(len(source.working), len(target.working))
+    fitting = np.maximum(0.0, 1.0 - (residual / allowed_residual(scale, settings)) ** 2 / 4)
+    return Judgement(
+        overlap=min(1.0, len(residual) / smaller),
+        rmse=float(np.sqrt(np.mean(residual**2))),
+        score=min(1.0, float(fitting.sum()) / smaller),
+    )
+
+
+def allowed_residual(scale: Scale, settings: JudgementSettings) -> float:
+    """The largest rmse [m] two samplings of one surface show: their coarseness and the noise of both."""
+    return float(np.hypot(settings.max_residual * scale.working, np.sqrt(2) * scale.noise))
+
+
+def status_of(judgement: Judgement, scale: Scale, settings: JudgementSettings) -> str:
+    """`ok`, `low_overlap`, or `diverged` where the overlapping surfaces lie apart."""
+    if judgement.overlap < settings.min_overlap:
+        return "low_overlap"
+    return "ok" if judgement.rmse <= allowed_residual(scale, settings) else "diverged"
+
+
+def distinct(T_a: np.ndarray, T_b: np.ndarray, center: np.ndarray, scale: Scale, settings: JudgementSettings) -> bool:
+    """Whether two poses of a view with this centre (3,) are different ones."""
+    turned = np.degrees(poses.rotation_angle(T_a[:3, :3].T @ T_b[:3, :3]))
+    shifted = np.linalg.norm(poses.transform(T_a, center[None]) - poses.transform(T_b, center[None]))
+    return bool(turned > settings.distinct_deg or shifted > settings.distinct_shift * scale.diameter)
+
+
+def confidence(found: Judgement, rival: float) -> float:
+    """How strongly geometry speaks for a pose, 0 to 1: its score, less the more a different pose comes near it.
+
+    An ordering, not a probability: it is not calibrated.
+    """
+    return found.score * (1.0 - min(1.0, rival / found.score) ** 4) if found.score > 0 else 0.0

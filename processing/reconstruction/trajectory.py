@@ -1,0 +1,48 @@
+"""The poses of one method, composed pair by pair (thesis (4.17))."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from processing.reconstruction.pair import Prepared
+from processing.results.records import MethodResult, PairEstimate, ViewEstimate, summarize
+
+
+@dataclass
+class Trajectory:
+    """Where a method has placed the views so far, in the frame {0} of the first one with points enough."""
+
+    views: list[ViewEstimate] = field(default_factory=list)
+    pairs: list[PairEstimate] = field(default_factory=list)
+    last: Prepared | None = None  # the last view that has a pose: the next one's target
+    T_0_last: np.ndarray = field(default_factory=lambda: np.eye(4))
+
+    def start(self, prepared: Prepared) -> ViewEstimate:
+        """Make a view the origin: T_0_0 = I."""
+        return self._add(prepared, "ok", np.eye(4))
+
+    def extend(self, prepared: Prepared, pair: PairEstimate) -> ViewEstimate:
+        """Place a view by its pair: T_0_i = T_0_target T_target_i; without an estimate it has no pose."""
+        self.pairs.append(pair)
+        if pair.T_target_source is None:
+            return self.skip(pair.source, pair.status)
+        return self._add(prepared, pair.status, self.T_0_last @ pair.T_target_source)
+
+    def skip(self, view: int, status: str) -> ViewEstimate:
+        """Leave a view without a pose."""
+        self.views.append(ViewEstimate(view, status, None))
+        return self.views[-1]
+
+    def poses(self) -> dict[int, np.ndarray]:
+        """View -> T_0_i of the views placed with confidence."""
+        return {view.view: view.T_0_i for view in self.views if view.status == "ok" and view.T_0_i is not None}
+
+    def result(self, origin: int | None) -> MethodResult:
+        """All of it, as a record."""
+        views = tuple(self.views)
+        return MethodResult(views, tuple(self.pairs), summary=summarize(views, origin))
+
+    def _add(self, prepared: Prepared, status: str, T_0_i: np.ndarray) -> ViewEstimate:
+        self.last, self.T_0_last = prepared, T_0_i
+        self.views.append(ViewEstimate(prepared.surface.view, status, T_0_i))
+        return self.views[-1]

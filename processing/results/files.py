@@ -1,0 +1,202 @@
+"""The results folder: results.json, timings.json, errors.csv, TUM trajectories and model.ply."""
+
+import csv
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from processing.results.records import MethodResult, Model, PairEstimate, SessionResult, ViewEstimate
+from recorder import poses
+
+FORMAT_VERSION = 1
+_LIBRARIES = ("numpy", "scipy", "numba", "small_gicp", "open3d", "rerun-sdk", "mcap")
+_ERROR_COLUMNS = ("translation_error_m", "rotation_error_chordal", "rotation_error_deg", "center_error_m")
+
+
+def input_sha256(path: Path) -> str:
+    """The SHA-256 of a file, hexadecimal."""
+    with Path(path).open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def make_key(
+    sha256: str, views: str, methods: tuple[str, ...], settings: Mapping[str, Any], seed: int
+) -> dict[str, Any]:
+    """What results depend on: a complete folder with the same key need not be made again."""
+    return {
+        "orbitscan": version("orbitscan"),
+        "input_sha256": sha256,
+        "model_sha256": None,
+        "views": views,
+        "methods": list(methods),
+        "settings": settings,
+        "seed": seed,
+    }
+
+
+def read_key(folder: Path) -> dict[str, Any] | None:
+    """The key of a complete results folder; None where there is none."""
+    try:
+        return read_results(folder)["key"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def changed(known: Mapping[str, Any] | None, key: Mapping[str, Any]) -> str | None:
+    """Which parts of the key differ from a folder's, in words; None where none does."""
+    if known is None:
+        return None
+    return ", ".join(name.replace("_", " ") for name in key if known.get(name) != key[name]) or None
+
+
+def read_results(folder: Path) -> dict[str, Any]:
+    """The results.json of a complete results folder."""
+    return json.loads((folder / "results.json").read_text(encoding="utf-8"))
+
+
+def write_results(
+    folder: Path,
+    result: SessionResult,
+    key: Mapping[str, Any],
+    path: Path,
+    damage: str | None,
+    truth: Mapping[int, np.ndarray],
+) -> None:
+    """Write every file but the review into an existing folder."""
+    _write_json(folder / "results.json", to_json(result, key, path, damage))
+    _write_json(folder / "timings.json", dict(result.seconds))
+    _write_errors(folder / "errors.csv", result)
+    for method, of_method in result.reconstruction.items():
+        T_0 = {view.view: view.T_0_i for view in of_method.views if view.T_0_i is not None}
+        _write_trajectory(folder / f"poses_{method}.tum", result, T_0)
+    if result.origin in truth:
+        T_0_object = poses.invert(truth[result.origin])
+        T_0 = {view: T_0_object @ truth[view] for view in result.views_used if view in truth}
+        _write_trajectory(folder / "poses_truth.tum", result, T_0)
+    if result.model is not None:
+        write_model(folder / "model.ply", result.model)
+
+
+def to_json(result: SessionResult, key: Mapping[str, Any], path: Path, damage: str | None) -> dict[str, Any]:
+    """The content of results.json: the same bytes from run to run."""
+    info = result.info
+    return {
+        "format_version": FORMAT_VERSION,
+        "key": dict(key),
+        "session": {
+            "name": info.name,
+            "category": info.category,
+            "instance": info.instance,
+            "views_recorded": info.views,
+            "views_used": list(result.views_used),
+            "view_names": list(result.view_names),
+        },
+        "input": {
+            "path": path.as_posix(),
+            "sha256": key["input_sha256"],
+            "damage": _describe_damage(damage, result.unreadable),
+        },
+        "settings": dict(result.settings),
+        "versions": {"orbitscan": version("orbitscan"), **{name: version(name) for name in _LIBRARIES}},
+        "seed": result.seed,
+        "classification": None,
+        "reconstruction": {name: _method_to_json(method) for name, method in result.reconstruction.items()},
+        "turntable": None,
+        "model": None
+        if result.model is None
+        else {
+            "method": result.model.method,
+            "points": len(result.model.points),
+            "removed_outliers": len(result.model.removed),
+        },
+    }
+
+
+def _describe_damage(damage: str | None, unreadable: Mapping[int, str]) -> str | None:
+    parts = [damage] if damage else []
+    if unreadable:
+        runs = _runs(sorted(unreadable))
+        parts.append(f"{'views' if len(unreadable) > 1 else 'view'} {runs} unreadable")
+    return "; ".join(parts) or None
+
+
+def _runs(numbers: list[int]) -> str:
+    """Ascending numbers as `3, 9-17`."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and runs[-1][-1] == number - 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
+
+
+def _method_to_json(method: MethodResult) -> dict[str, Any]:
+    return {
+        "views": [_view_to_json(view) for view in method.views],
+        "pairs": [_pair_to_json(pair) for pair in method.pairs],
+        "loop_closed": method.loop_closed,
+        "unobservable": [],
+        "summary": dict(method.summary),
+    }
+
+
+def _view_to_json(view: ViewEstimate) -> dict[str, Any]:
+    return {"view": view.view, "status": view.status, "T_0_i": _matrix(view.T_0_i), **asdict(view.errors)}
+
+
+def _pair_to_json(pair: PairEstimate) -> dict[str, Any]:
+    return {
+        "source": pair.source,
+        "target": pair.target,
+        "T_target_source": _matrix(pair.T_target_source),
+        "status": pair.status,
+        "confidence": pair.confidence,
+        "evidence": asdict(pair.evidence),
+        "candidates": [asdict(candidate) for candidate in pair.candidates],
+        **asdict(pair.errors),
+    }
+
+
+def _matrix(T: np.ndarray | None) -> list[list[float]] | None:
+    return None if T is None else T.tolist()
+
+
+def _write_json(path: Path, content: Mapping[str, Any]) -> None:
+    path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _write_errors(path: Path, result: SessionResult) -> None:
+    names = dict(zip(result.views_used, result.view_names, strict=True))
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(("view", "name", "method", "status", *_ERROR_COLUMNS))
+        for name, method in result.reconstruction.items():
+            for view in method.views:
+                errors = asdict(view.errors)
+                table.writerow((view.view, names[view.view], name, view.status, *(errors[c] for c in _ERROR_COLUMNS)))
+
+
+def _write_trajectory(path: Path, result: SessionResult, T_0: Mapping[int, np.ndarray]) -> None:
+    lines = [
+        poses.to_tum_line(stamp_ns, T_0[view])
+        for view, stamp_ns in zip(result.views_used, result.stamps_ns, strict=True)
+        if view in T_0
+    ]
+    path.write_text("".join(line + "\n" for line in lines), encoding="utf-8")
+
+
+def write_model(path: Path, model: Model) -> None:
+    """Write the model's points (and colours) as a binary PLY, metres, frame {0}."""
+    import open3d as o3d
+
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(model.points.astype(np.float64)))
+    if model.colors is not None:
+        cloud.colors = o3d.utility.Vector3dVector(model.colors / 255.0)
+    o3d.io.write_point_cloud(str(path), cloud)

@@ -1,0 +1,188 @@
+"""What processing says: a ViewResult per view as soon as it is known, then one SessionResult. All frozen."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+
+from recorder.session import SessionInfo
+
+METHODS = ("icp", "ransac_icp", "pairwise")  # worst to best: the model is made by the last one run
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks for an estimate, from many points to few inliers; None where the method does not look at it."""
+
+    points: int = 0  # of the source view's working cloud
+    keypoints: int | None = None
+    valid_frames: int | None = None  # keypoints whose local reference frame, and so descriptor, exists
+    matches: int | None = None
+    inliers: int | None = None
+    inlier_ratio: float | None = None
+    rmse_m: float | None = None  # of the overlapping points, along the surface's normal
+    overlap: float | None = None  # share of the smaller view that lies on the other
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A start that competed for a pair."""
+
+    start: str  # "consensus", "identity"
+    status: str
+    score: float
+
+
+@dataclass(frozen=True, eq=False)
+class PairErrors:
+    """An estimated pair against the truth; None where that is unknown."""
+
+    rotation_error_deg: float | None = None
+    center_error_m: float | None = None
+    rotation_error_deg_observable: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PairEstimate:
+    """The registration of a source view to a target view."""
+
+    source: int  # recorded indices
+    target: int
+    T_target_source: np.ndarray | None  # (4, 4), metres
+    status: str
+    confidence: float
+    evidence: Evidence
+    candidates: tuple[Candidate, ...] = ()
+    errors: PairErrors = field(default_factory=PairErrors)
+
+
+@dataclass(frozen=True, eq=False)
+class ViewErrors:
+    """An estimated pose against the truth; None where that is unknown."""
+
+    translation_error_m: float | None = None  # thesis (5.1)
+    rotation_error_chordal: float | None = None  # thesis (5.2), 0 to 2 sqrt(2)
+    rotation_error_deg: float | None = None
+    center_error_m: float | None = None  # how far the object's centre is off; does not grow with the camera's distance
+
+
+@dataclass(frozen=True, eq=False)
+class ViewEstimate:
+    """Where a method places a view, in the frame of the first used view with enough points."""
+
+    view: int
+    status: str
+    T_0_i: np.ndarray | None  # (4, 4), metres
+    errors: ViewErrors = field(default_factory=ViewErrors)
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondences:
+    """Matched keypoints of a pair, each in its own view's frame, and which of them the consensus keeps."""
+
+    source: int
+    target: int
+    source_points: np.ndarray  # (M, 3)
+    target_points: np.ndarray  # (M, 3)
+    inlier: np.ndarray  # (M,) bool
+
+
+@dataclass(frozen=True, eq=False)
+class Centroid:
+    """The mean of a view's points, and how many they are."""
+
+    points: int
+    mean: np.ndarray  # (3,) metres
+
+
+@dataclass(frozen=True, eq=False)
+class ViewResult:
+    """All that is known of one view the moment it is placed; heavy, dropped by the reader after use."""
+
+    view: int
+    name: str
+    stamp_ns: int
+    points: np.ndarray  # (N, 3) float32, the finite points, in the view's frame
+    colors: np.ndarray | None  # (N, 3) uint8
+    keypoints: np.ndarray  # (K, 3)
+    correspondences: Correspondences | None
+    pairs: Mapping[str, PairEstimate]  # by method; empty for the first view
+    poses: Mapping[str, ViewEstimate]  # by method
+    seconds: Mapping[str, Mapping[str, float]]  # method -> stage -> seconds
+    origin: int | None = None  # the recorded index of the view whose frame is {0}; None before there is one
+    damage: str | None = None  # why the recorded cloud could not be read
+
+
+@dataclass(frozen=True, eq=False)
+class ViewRecord:
+    """The light part of a ViewResult, kept for the whole session."""
+
+    view: int
+    name: str
+    stamp_ns: int
+    centroid: Centroid | None  # None for a view without points
+    damage: str | None
+    seconds: Mapping[str, Mapping[str, float]]
+
+    @classmethod
+    def of(cls, result: ViewResult) -> Self:
+        """The record of a result."""
+        points = result.points
+        centroid = Centroid(len(points), points.mean(axis=0, dtype=np.float64)) if len(points) else None
+        return cls(result.view, result.name, result.stamp_ns, centroid, result.damage, result.seconds)
+
+
+@dataclass(frozen=True, eq=False)
+class MethodResult:
+    """All views and pairs of a session by one method."""
+
+    views: tuple[ViewEstimate, ...]
+    pairs: tuple[PairEstimate, ...]
+    loop_closed: bool = False
+    summary: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def failed_views(self) -> int:
+        """How many views were not placed with confidence."""
+        return sum(view.status != "ok" for view in self.views)
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The merged object in frame {0}, outliers removed."""
+
+    method: str
+    points: np.ndarray  # (N, 3) float32
+    colors: np.ndarray | None  # (N, 3) uint8
+    removed: np.ndarray  # (R, 3) float32, the outliers
+
+
+@dataclass(frozen=True, eq=False)
+class SessionResult:
+    """The light records of a whole session."""
+
+    info: SessionInfo
+    views_used: tuple[int, ...]
+    view_names: tuple[str, ...]  # of the used views
+    stamps_ns: tuple[int, ...]
+    origin: int | None  # the recorded index of the view whose frame is {0}
+    reconstruction: Mapping[str, MethodResult]
+    model: Model | None
+    seconds: Mapping[str, Any]  # as timings.json
+    settings: Mapping[str, Any]
+    seed: int
+    centroids: Mapping[int, Centroid]  # of the used views that have points, each in its own view's frame
+    unreadable: Mapping[int, str] = field(default_factory=dict)  # view -> damage
+
+
+def summarize(views: tuple[ViewEstimate, ...], origin: int | None) -> dict[str, Any]:
+    """Failed views, and last, largest and median of the errors, view {0} left out; null where no truth is known."""
+    summary: dict[str, Any] = {"failed_views": sum(view.status != "ok" for view in views)}
+    for name in ("translation_error_m", "rotation_error_chordal", "rotation_error_deg", "center_error_m"):
+        values = [getattr(view.errors, name) for view in views if view.view != origin]
+        known = [value for value in values if value is not None]
+        summary[f"last_{name}"] = known[-1] if known else None
+        summary[f"max_{name}"] = max(known) if known else None
+        summary[f"median_{name}"] = float(np.median(known)) if known else None
+    return summary

@@ -1,0 +1,72 @@
+"""Every step's settings, assembled; TOML in."""
+
+import tomllib
+from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from processing.features.keypoints import KeypointSettings
+from processing.features.shot import ShotSettings
+from processing.reconstruction.matching import MatchSettings
+from processing.reconstruction.model import ModelSettings
+from processing.reconstruction.pair import PairSettings
+from processing.reconstruction.ransac import RansacSettings
+from processing.surface import SurfaceSettings
+from recorder.exceptions import InvalidOption
+
+THESIS_METHODS = ("icp", "ransac_icp")  # `--settings thesis`: all else the thesis gives is the default already
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All that steers the processing, a class for each step; the class names what the thesis gives."""
+
+    surface: SurfaceSettings = field(default_factory=SurfaceSettings)
+    keypoints: KeypointSettings = field(default_factory=KeypointSettings)
+    shot: ShotSettings = field(default_factory=ShotSettings)
+    matching: MatchSettings = field(default_factory=MatchSettings)
+    ransac: RansacSettings = field(default_factory=RansacSettings)
+    pair: PairSettings = field(default_factory=PairSettings)
+    model: ModelSettings = field(default_factory=ModelSettings)
+
+
+def read_settings(path: Path) -> Settings:
+    """The settings of a TOML file, a table for each step (`[ransac]`, `[pair.refinement]`); what is absent is default.
+
+    Raises InvalidOption for a file that cannot be read, an unknown key or a value of the wrong type.
+    """
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidOption(path, f"cannot be read ({error.strerror})", "name a TOML file") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InvalidOption(
+            path, f"is no TOML ({error})", "write lines such as '[ransac]' and 'tolerance = 3.0'"
+        ) from None
+    if unknown := _unknown_keys(table, Settings(), ""):
+        key, known = unknown
+        raise InvalidOption(path, f"there is no setting '{key}'", f"the settings there are {', '.join(known)}")
+    try:
+        return TypeAdapter(Settings).validate_python(table)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"]))
+        raise InvalidOption(path, f"{key}: {first['msg'].lower()}", "give a value of the right type") from None
+
+
+def _unknown_keys(table: dict[str, Any], settings: Any, prefix: str) -> tuple[str, list[str]] | None:
+    """The first key that is no setting, and those there are in its place."""
+    known = {f.name: getattr(settings, f.name) for f in fields(settings)}
+    for key, value in table.items():
+        if key not in known:
+            return prefix + key, sorted(prefix + name for name in known)
+        inner = known[key]
+        if (
+            is_dataclass(inner)
+            and isinstance(value, dict)
+            and (found := _unknown_keys(value, inner, f"{prefix}{key}."))
+        ):
+            return found
+    return None

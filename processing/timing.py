@@ -1,0 +1,45 @@
+"""Where the seconds go: per stage, and per method that uses the stage."""
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from processing.results.records import ViewRecord
+
+STAGES = ("prepare", "keypoints", "descriptors", "matching", "ransac", "icp", "refine")
+
+
+class Stopwatch:
+    """Seconds by method and stage; a shared stage counts in every method that uses it."""
+
+    def __init__(self) -> None:
+        self._seconds: defaultdict[str, defaultdict[str, float]] = defaultdict(lambda: defaultdict(float))
+
+    @contextmanager
+    def __call__(self, stage: str, *methods: str) -> Iterator[None]:
+        """Time a stage, for these methods."""
+        started = time.perf_counter()
+        try:
+            yield
+        finally:
+            elapsed = time.perf_counter() - started
+            for method in methods:
+                self._seconds[method][stage] += elapsed
+
+    def seconds(self) -> dict[str, dict[str, float]]:
+        """Method -> stage -> seconds so far."""
+        return {method: dict(stages) for method, stages in self._seconds.items()}
+
+
+def total(
+    records: Sequence[ViewRecord], methods: Sequence[str], outlier_removal: float, elapsed: float
+) -> dict[str, Any]:
+    """The content of timings.json: seconds per method and stage over all views, of the model, and from start to end."""
+    sums = {
+        method: {stage: sum(r.seconds.get(method, {}).get(stage, 0.0) for r in records) for stage in STAGES}
+        for method in methods
+    }
+    timings = {method: {**stages, "total": sum(stages.values())} for method, stages in sums.items()}
+    return {"methods": timings, "outlier_removal": outlier_removal, "total": elapsed}

@@ -1,0 +1,33 @@
+"""Parametric meshes of known objects in real sizes: every instance of an object is another one, drawn from a seed.
+
+The object's frame: z up, standing on z = 0, its bounding box centred on the z axis, its front towards +x. A module
+per object builds it from a random generator; `build` places it in that frame.
+"""
+
+import numpy as np
+
+from recorder.exceptions import InvalidOption
+from recorder.objects import bin, coffee_mug, robot
+from recorder.objects.mesh import Mesh
+
+_BUILDERS = {"bin": bin.build, "coffee_mug": coffee_mug.build, "robot": robot.build}
+
+
+def names() -> tuple[str, ...]:
+    """The objects that can be built."""
+    return tuple(_BUILDERS)
+
+
+def build(name: str, instance: int = 1) -> Mesh:
+    """The coloured mesh of an object; the same name and instance (1, 2, ...) always give the same one.
+
+    Raises InvalidOption for an unknown name and an instance below 1.
+    """
+    if name not in _BUILDERS:
+        raise InvalidOption(name, "no known object", f"choose one of {', '.join(names())}")
+    if instance < 1:
+        raise InvalidOption(f"instance {instance}", "instances count from 1", "give 1 or more")
+    mesh = _BUILDERS[name](np.random.default_rng([instance, *name.encode()]))
+    low, high = mesh.bounds
+    x, y, _ = -(low + high) / 2
+    return mesh.moved(x, y, -low[2])

@@ -1,0 +1,97 @@
+"""The error measures, by their definitions and properties."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from processing import errors
+from processing.pipeline import process
+from processing.results.records import SessionResult, ViewResult
+from recorder import poses
+from tests.geometry import random_pose, scan
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 10**6))
+def test_no_error_against_itself_and_symmetric(seed):
+    rng = np.random.default_rng(seed)
+    A, B, center = random_pose(rng), random_pose(rng), rng.normal(size=3)
+    assert errors.translation_error(A, A) == 0
+    assert errors.rotation_error(A, A) < 1e-12
+    assert errors.rotation_error(A, B) == pytest.approx(errors.rotation_error(B, A))
+    assert 0 <= errors.rotation_error(A, B) <= 2 * np.sqrt(2) + 1e-12
+    # Moving both by the same motion changes neither the angle nor where the centre comes to lie.
+    M = random_pose(rng)
+    assert errors.rotation_error_deg(M @ A, M @ B) == pytest.approx(errors.rotation_error_deg(A, B), abs=1e-6)
+    assert errors.center_error(M @ A, M @ B, center) == pytest.approx(errors.center_error(A, B, center))
+
+
+@pytest.mark.parametrize("degrees", [1e-5, 0.01, 1, 20, 90, 179.9])
+def test_chordal_distance_is_its_formula(degrees):
+    axis = np.array([1.0, 2, -2]) / 3
+    R = poses.make(Rotation.from_rotvec(np.radians(degrees) * axis).as_matrix(), np.zeros(3))
+    expected = 2 * np.sqrt(2) * abs(np.sin(np.radians(degrees) / 2))
+    assert errors.rotation_error(np.eye(4), R) == pytest.approx(expected, rel=1e-6)
+    assert errors.rotation_error_deg(np.eye(4), R) == pytest.approx(degrees, rel=1e-6)
+
+
+def test_center_error_does_not_grow_with_the_cameras_distance():
+    turn = poses.make(Rotation.from_euler("y", 1, degrees=True).as_matrix(), np.zeros(3))
+    for distance in (1.0, 100.0):
+        center = np.array([0, 0, distance])
+        about = poses.make(np.eye(3), center)
+        T = about @ turn @ poses.invert(about)
+        assert errors.translation_error(np.eye(4), T) > 0.01 * distance
+        assert errors.center_error(np.eye(4), T, center) < 1e-12
+
+
+@pytest.fixture(scope="module")
+def stream():
+    session = scan(n_views=3)
+    return session, list(process(session.views(), session.info))
+
+
+def test_errors_are_those_of_the_poses(stream):
+    session, results = stream
+    truth = session.truth()
+    *views, last = errors.with_errors(results, truth)
+    assert all(isinstance(view, ViewResult) for view in views)
+    assert isinstance(last, SessionResult)
+    for method, found in last.reconstruction.items():
+        for view in found.views:
+            T = poses.invert(truth[0]) @ truth[view.view]
+            assert view.errors.translation_error_m == errors.translation_error(T, view.T_0_i)
+            assert view.errors.rotation_error_chordal == errors.rotation_error(T, view.T_0_i)
+            in_stream = views[view.view].poses[method].errors
+            assert in_stream.rotation_error_chordal == view.errors.rotation_error_chordal
+        values = [view.errors.center_error_m for view in found.views[1:]]
+        assert found.summary["max_center_error_m"] == max(values)
+        assert found.summary["median_center_error_m"] == np.median(values)
+        assert found.pairs[0].errors.center_error_m == pytest.approx(values[0], rel=1e-6)
+
+
+def test_the_center_is_the_mean_of_all_points_placed_by_the_truth(stream):
+    session, results = stream
+    truth = session.truth()
+    placed = [poses.transform(poses.invert(truth[0]) @ truth[v.index], v.points) for v in session.views()]
+    found = errors._center(results[-1].centroids, truth, 0)
+    assert np.allclose(found, np.concatenate(placed).mean(axis=0), atol=1e-6)
+
+
+def test_without_truth_errors_are_null_and_nothing_else_changes(stream):
+    _, results = stream
+    *_, last = errors.with_errors(results, {})
+    for found in last.reconstruction.values():
+        assert all(view.errors.translation_error_m is None for view in found.views)
+        assert found.summary["max_rotation_error_chordal"] is None
+    assert last.reconstruction["pairwise"].summary["failed_views"] == 0
+
+
+def test_truth_of_some_views_gives_errors_of_those(stream):
+    session, results = stream
+    truth = {0: session.truth()[0], 2: session.truth()[2]}
+    *_, last = errors.with_errors(results, truth)
+    known = [view.errors.rotation_error_deg is not None for view in last.reconstruction["pairwise"].views]
+    assert known == [True, False, True]

@@ -1,0 +1,151 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+from recorder import objects
+from recorder.exceptions import InvalidOption
+from recorder.objects.mesh import Mesh, merge
+from recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve, rounded_rectangle, sweep
+
+SIZES = {  # metres: the least and the largest of every side of the bounding box
+    "robot": ((0.30, 0.25, 0.34), (0.50, 0.40, 0.50)),
+    "bin": ((0.22, 0.20, 0.30), (0.36, 0.27, 0.45)),
+    "coffee_mug": ((0.06, 0.08, 0.08), (0.12, 0.15, 0.11)),
+}
+length = st.floats(0.005, 2)
+
+
+def assert_closed_and_outward(mesh: Mesh) -> None:
+    """Every edge belongs to two triangles that run along it in opposite directions, and the volume is positive."""
+    edges = np.concatenate([mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]])
+    directed = {(int(a), int(b)) for a, b in edges}
+    assert len(directed) == len(edges)
+    assert directed == {(b, a) for a, b in directed}
+    assert mesh.volume > 0
+
+
+@pytest.mark.parametrize("name", objects.names())
+@pytest.mark.parametrize("instance", range(1, 13))
+def test_an_object_is_closed_coloured_and_stands_in_its_frame(name, instance):
+    mesh = objects.build(name, instance)
+    low, high = mesh.bounds
+    assert_closed_and_outward(mesh)
+    assert np.isfinite(mesh.vertices).all()
+    assert mesh.colors.shape == mesh.vertices.shape
+    assert mesh.colors.dtype == np.uint8
+    assert len(np.unique(mesh.colors, axis=0)) > 1
+    assert low[2] == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose((low + high)[:2], 0, atol=1e-12)
+    assert (high - low >= SIZES[name][0]).all()
+    assert (high - low <= SIZES[name][1]).all()
+    assert 1000 < len(mesh.triangles) < 10_000
+
+
+@pytest.mark.parametrize("name", objects.names())
+def test_instances_are_reproducible_and_differ(name):
+    shapes = [objects.build(name, instance).vertices for instance in range(1, 13)]
+    np.testing.assert_array_equal(objects.build(name, 7).vertices, shapes[6])
+    for i, shape in enumerate(shapes):
+        for other in shapes[:i]:
+            assert shape.shape != other.shape or np.abs(shape - other).max() > 0.002
+
+
+@pytest.mark.parametrize(("name", "least"), [("robot", 0.02), ("bin", 0.01)])
+def test_no_turn_about_the_vertical_maps_the_object_onto_itself(name, least):
+    vertices = objects.build(name).vertices
+    tree = cKDTree(vertices)
+    for degrees in range(20, 360, 20):
+        distance, _ = tree.query(Mesh(vertices, np.empty((0, 3), int)).turned("z", degrees).vertices)
+        assert np.sort(distance)[-20] > least
+
+
+def test_the_robot_is_no_mirror_image_of_itself():
+    vertices = objects.build("robot").vertices
+    distance, _ = cKDTree(vertices).query(vertices * (1, -1, 1))
+    assert np.mean(distance > 0.01) > 0.2
+
+
+def test_a_mug_is_hollow_and_its_handle_is_to_the_right_of_the_front():
+    for instance in range(1, 13):
+        mesh = objects.build("coffee_mug", instance)
+        low, high = mesh.bounds
+        across, along, height = high - low
+        assert along > across + 0.02
+        assert mesh.volume < 0.4 * np.pi / 4 * across**2 * height
+        handle = mesh.vertices[:, 1] > high[1] - 0.005
+        assert np.abs(mesh.vertices[handle, 0]).max() < 0.01
+
+
+def test_an_unknown_object_names_the_known_ones():
+    with pytest.raises(InvalidOption, match=r"^teapot: no known object; choose one of bin, coffee_mug, robot$"):
+        objects.build("teapot")
+
+
+def test_an_instance_below_one_is_refused():
+    with pytest.raises(InvalidOption, match="instance 0"):
+        objects.build("robot", 0)
+
+
+@settings(max_examples=15, deadline=None)
+@given(length, length, length)
+def test_a_box_is_exact(x, y, z):
+    mesh = box(x, y, z)
+    assert_closed_and_outward(mesh)
+    assert mesh.volume == pytest.approx(x * y * z)
+    low, high = mesh.bounds
+    np.testing.assert_allclose([low, high], [[-x / 2, -y / 2, 0], [x / 2, y / 2, z]])
+
+
+@settings(max_examples=15, deadline=None)
+@given(length, length, length)
+def test_round_solids_have_their_volume(x, y, z):
+    for mesh, volume in [
+        (cylinder(x, y, segments=64), np.pi * x**2 * y),
+        (ellipsoid(x, y, z, segments=80), 4 / 3 * np.pi * x * y * z),
+        (revolve(np.array([(0, 0), (x, 0), (0, z)]), 64), np.pi * x**2 * z / 3),
+        (revolve(np.array([(0, z), (x, 0), (0, 0)]), 64), np.pi * x**2 * z / 3),  # downward: still outward
+    ]:
+        assert_closed_and_outward(mesh)
+        assert mesh.volume == pytest.approx(volume, rel=5e-3)
+
+
+def test_a_hollow_profile_leaves_its_cavity_out():
+    cup = revolve(np.array([(0, 0), (2, 0), (2, 3), (1, 3), (1, 1), (0, 1)]), 256)
+    assert_closed_and_outward(cup)
+    assert cup.volume == pytest.approx(np.pi * (4 * 3 - 1 * 2), rel=1e-3)
+
+
+def test_a_bevel_takes_the_edges_only():
+    sharp, bevelled = cylinder(0.1, 0.05), cylinder(0.1, 0.05, 0.01)
+    assert_closed_and_outward(bevelled)
+    np.testing.assert_allclose(bevelled.bounds, sharp.bounds)
+    assert 0.9 < bevelled.volume / sharp.volume < 1
+
+
+def test_a_sweep_along_an_arc_follows_pappus():
+    angles = np.linspace(0, np.pi, 200)
+    arc = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    outline = rounded_rectangle(0.2, 0.1, 0.02)
+    mesh = sweep(outline, arc)
+    assert_closed_and_outward(mesh)
+    assert mesh.volume == pytest.approx(prism(outline, np.pi).volume, rel=1e-3)
+    assert np.ptp(mesh.vertices[:, 2]) == pytest.approx(0.1)  # the second axis stays upright
+
+
+def test_a_loft_may_end_in_a_point():
+    square = np.column_stack([circle(1, 4), np.zeros(4)])
+    pyramid = loft(np.stack([square, np.tile([0, 0, 3.0], (4, 1))]))
+    assert_closed_and_outward(pyramid)
+    assert pyramid.volume == pytest.approx(2)
+
+
+def test_merged_parts_keep_their_places_and_colours():
+    parts = [box(1, 1, 1).painted((255, 0, 0)), box(2, 1, 1).turned("z", 90).moved(z=2).painted((0, 0, 255))]
+    both = merge(parts)
+    assert_closed_and_outward(both)
+    assert both.volume == pytest.approx(3)
+    assert (both.colors[both.vertices[:, 2] < 1.5] == (255, 0, 0)).all()
+    assert (both.colors[both.vertices[:, 2] > 1.5] == (0, 0, 255)).all()
+    np.testing.assert_allclose(both.bounds, [[-0.5, -1, 0], [0.5, 1, 3]], atol=1e-12)
