@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 SAMPLE = 2000  # points at which neighbourhoods are looked at
 PATCH = 32  # neighbours of a noise patch
+COPIES = 3  # of a point that are looked past
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,9 @@ def measure(points: np.ndarray) -> CloudFacts:
 
 
 def _resolution(tree: cKDTree, sample: np.ndarray) -> float:
-    distances, _ = tree.query(sample, k=2)
-    apart = distances[:, 1][np.isfinite(distances[:, 1]) & (distances[:, 1] > 0)]  # doubled points say nothing
+    distances, _ = tree.query(sample, k=COPIES + 2)
+    apart = np.where(distances > 0, distances, np.inf).min(axis=1)  # a point's copies say nothing
+    apart = apart[np.isfinite(apart)]
     return float(np.median(apart)) if len(apart) else 0.0
 
 

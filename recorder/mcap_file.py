@@ -5,15 +5,17 @@ costs one view, poses are read without decompressing clouds. A file with an inta
 or damaged one is searched for the chunks that are still whole.
 """
 
+import contextlib
 import mmap
 import os
 import re
 import struct
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import zstandard
@@ -40,6 +42,7 @@ FORMAT_VERSION = "1"
 _MAGIC = b"\x89MCAP0\r\n"
 _CHUNK_OPCODE, _METADATA_OPCODE = 0x06, 0x0C
 _RECORD_HEADER = struct.Struct("<BQ")  # opcode, length
+_FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, of its offsets, CRC of the summary
 # How the records we look for start, after their header: a chunk's compression field, our metadata's names.
 _CHUNK_SIGNATURE = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _BEFORE_CHUNK_SIGNATURE = _RECORD_HEADER.size + 28
@@ -55,6 +58,7 @@ _DAMAGE = (
     KeyError,
     MemoryError,  # an absurd length
     OverflowError,
+    OSError,  # a position before the start of the file
 )
 _XYZ = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
 _RGBA = [("red", "u1"), ("green", "u1"), ("blue", "u1"), ("alpha", "u1")]
@@ -84,11 +88,16 @@ def write(session: Session, path: Path) -> None:
             os.fsync(stream.fileno())
         part.replace(path)
     except OSError as error:
-        part.unlink(missing_ok=True)
+        _discard(part)
         raise UnwritableOutput(path, f"cannot be written ({error.strerror})", "choose another place with -o") from None
     except BaseException:
-        part.unlink(missing_ok=True)
+        _discard(part)
         raise
+
+
+def _discard(part: Path) -> None:
+    with contextlib.suppress(OSError):  # it may stand where nothing can: in a file, in a folder that is read-only
+        part.unlink()
 
 
 def _write(session: Session, stream: Any) -> None:
@@ -147,6 +156,7 @@ def _info_to_metadata(info: SessionInfo, views: int) -> dict[str, str]:
         "sensor_origin": origin,
         "source_axes": info.source_axes,
         "source_units": info.source_units,
+        "source_poses": info.source_poses,
         **{key: "" if value is None else f"{value:.12g}" for key, value in optional.items()},
         "views": str(views),
         "format_version": FORMAT_VERSION,
@@ -206,7 +216,7 @@ def _index(path: Path) -> _Contents | None:
         with path.open("rb") as stream:
             reader = make_reader(stream)
             summary = reader.get_summary()
-            if summary is None or not summary.chunk_indexes:
+            if summary is None or not summary.chunk_indexes or not _summary_is_whole(stream):
                 return None
             metadata = {record.name: record.metadata for record in reader.iter_metadata()}
             ids = {channel.topic: channel.id for channel in summary.channels.values()}
@@ -221,6 +231,15 @@ def _index(path: Path) -> _Contents | None:
     except _DAMAGE:
         return None
     return _Contents(set(ids), metadata, dict(enumerate(clouds)), dict(enumerate(pose_chunks)), None)
+
+
+def _summary_is_whole(stream: IO[bytes]) -> bool:
+    """Whether the summary has the CRC its footer tells: the reader trusts it blindly, and takes one view for another."""
+    stream.seek(-(_FOOTER.size + len(_MAGIC)), os.SEEK_END)
+    end = stream.tell() + _FOOTER.size - 4  # the CRC itself is left out
+    _, _, start, _, crc = _FOOTER.unpack(stream.read(_FOOTER.size))
+    stream.seek(start)
+    return crc == 0 or zlib.crc32(stream.read(end - start)) == crc
 
 
 def _search(path: Path) -> _Contents:
@@ -336,6 +355,7 @@ def _describe(path: Path, contents: _Contents) -> tuple[SessionInfo, tuple[str, 
         sensor_origin=tuple(origin) if len(origin) == 3 and None not in origin else None,
         source_axes=raw.get("source_axes", "RDF"),
         source_units=raw.get("source_units", "m"),
+        source_poses=raw.get("source_poses", ""),
         elevation_deg=_number(raw.get("elevation_deg")),
         views_per_turn=_number(raw.get("views_per_turn")),
     )

@@ -42,6 +42,7 @@ class SessionInfo:
     sensor_origin: tuple[float, float, float] | None = (0.0, 0.0, 0.0)  # in the view's frame; None where unknown
     source_axes: str = "RDF"
     source_units: str = "m"
+    source_poses: str = ""  # how the true poses were read: direction, axes, units ("camera-to-object RDF m")
     elevation_deg: float | None = None
     views_per_turn: float | None = None
 

@@ -1,4 +1,4 @@
-"""Intrinsic shape signatures (ISS): keypoints where the surface spreads differently along all three axes (thesis 4.1)."""
+"""Intrinsic shape signatures (ISS): keypoints where the surface spreads unlike along all three axes (thesis 4.1)."""
 
 from dataclasses import dataclass
 
@@ -65,21 +65,21 @@ def _saliency(
         p = points[i]
         rows_around(keys, low, cell, p, rows)
         count = 0
-        S = np.zeros((3, 3))
+        sxx = sxy = sxz = syy = syz = szz = 0.0
         for r in range(9):
             for j in range(rows[r, 0], rows[r, 1]):
                 x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
                 if x * x + y * y + z * z < radius * radius:
                     count += 1
-                    S[0, 0] += x * x
-                    S[0, 1] += x * y
-                    S[0, 2] += x * z
-                    S[1, 1] += y * y
-                    S[1, 2] += y * z
-                    S[2, 2] += z * z
+                    sxx += x * x
+                    sxy += x * y
+                    sxz += x * z
+                    syy += y * y
+                    syz += y * z
+                    szz += z * z
         if count < min_neighbours:
             continue
-        S[1, 0], S[2, 0], S[2, 1] = S[0, 1], S[0, 2], S[1, 2]
+        S = np.array([[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]])
         e3, e2, e1 = symmetric_eigen(S, np.empty((3, 3)))
         if e3 > 0.0 and e2 < gamma_21 * e1 and e3 < gamma_32 * e2:
             saliency[i] = e3

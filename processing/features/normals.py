@@ -57,13 +57,9 @@ def _normals(
         if count < MIN_NEIGHBOURS:
             normals[i] = np.nan
             continue
-        C = np.empty((3, 3))
-        C[0, 0] = sxx - sx * sx / count
-        C[0, 1] = C[1, 0] = sxy - sx * sy / count
-        C[0, 2] = C[2, 0] = sxz - sx * sz / count
-        C[1, 1] = syy - sy * sy / count
-        C[1, 2] = C[2, 1] = syz - sy * sz / count
-        C[2, 2] = szz - sz * sz / count
+        cxx, cyy, czz = sxx - sx * sx / count, syy - sy * sy / count, szz - sz * sz / count
+        cxy, cxz, cyz = sxy - sx * sy / count, sxz - sx * sz / count, syz - sy * sz / count
+        C = np.array([[cxx, cxy, cxz], [cxy, cyy, cyz], [cxz, cyz, czz]])
         vectors = np.empty((3, 3))
         symmetric_eigen(C, vectors)
         facing = 0.0

@@ -68,8 +68,7 @@ def _describe(
 @njit(cache=True)
 def _local_frame(points: np.ndarray, rows: np.ndarray, p: np.ndarray, radius: float, frame: np.ndarray) -> bool:
     """Fill frame (rows x, y, z) from the distance-weighted covariance about the keypoint; False: too few neighbours."""
-    C = np.zeros((3, 3))
-    total = 0.0
+    cxx = cxy = cxz = cyy = cyz = czz = total = 0.0
     count = 0
     for r in range(9):
         for j in range(rows[r, 0], rows[r, 1]):
@@ -79,16 +78,15 @@ def _local_frame(points: np.ndarray, rows: np.ndarray, p: np.ndarray, radius: fl
                 weight = radius - np.sqrt(squared)
                 total += weight
                 count += 1
-                C[0, 0] += weight * x * x
-                C[0, 1] += weight * x * y
-                C[0, 2] += weight * x * z
-                C[1, 1] += weight * y * y
-                C[1, 2] += weight * y * z
-                C[2, 2] += weight * z * z
+                cxx += weight * x * x
+                cxy += weight * x * y
+                cxz += weight * x * z
+                cyy += weight * y * y
+                cyz += weight * y * z
+                czz += weight * z * z
     if count < _MIN_FRAME_NEIGHBOURS or total <= 0.0:
         return False
-    C[1, 0], C[2, 0], C[2, 1] = C[0, 1], C[0, 2], C[1, 2]
-    C /= total
+    C = np.array([[cxx, cxy, cxz], [cxy, cyy, cyz], [cxz, cyz, czz]]) / total
     vectors = np.empty((3, 3))
     symmetric_eigen(C, vectors)
     for k in range(3):

@@ -17,7 +17,9 @@ class JudgementSettings:
     gate: float = 2.0  # multiples of the working resolution: points farther apart do not overlap
     normal_cosine: float = 0.5  # nor do surfaces that face apart by more than 60 degrees
     min_overlap: float = 0.3
-    max_residual: float = 0.5  # multiples of the working resolution, besides the noise of both views
+    max_residual: float = 0.65  # multiples of the working resolution, besides the noise of both views: samplings of
+    # one surface stay below half, surfaces that merely cross within the gate come to one
+    min_score: float = 0.25  # below, a start is not worth refining, nor a pose believing
     ambiguous_score: float = 0.95  # a runner-up with this share of the best score explains the views as well ...
     distinct_deg: float = 5.0  # ... if it is another pose: turned by more than this ...
     distinct_shift: float = 0.05  # ... or moved by more than this share of the diameter
@@ -72,7 +74,8 @@ def status_of(judgement: Judgement, scale: Scale, settings: JudgementSettings) -
     """`ok`, `low_overlap`, or `diverged` where the overlapping surfaces lie apart."""
     if judgement.overlap < settings.min_overlap:
         return "low_overlap"
-    return "ok" if judgement.rmse <= allowed_residual(scale, settings) else "diverged"
+    fits = judgement.rmse <= allowed_residual(scale, settings) and judgement.score >= settings.min_score
+    return "ok" if fits else "diverged"
 
 
 def distinct(T_a: np.ndarray, T_b: np.ndarray, center: np.ndarray, scale: Scale, settings: JudgementSettings) -> bool:

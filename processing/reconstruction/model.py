@@ -60,7 +60,7 @@ def _join(clouds: list[np.ndarray], resolution: float) -> np.ndarray:
 
 
 def remove_outliers(merged: np.ndarray, method: str, settings: ModelSettings) -> Model:
-    """The merged rows as a model, without points whose mean distance to their neighbours exceeds mean + k deviations."""
+    """The merged rows as a model, without points farther from their neighbours than mean + k standard deviations."""
     import open3d as o3d
 
     points = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(merged[:, :3]))

@@ -87,22 +87,20 @@ def register_competing(
     if consensus is not None:
         starts["consensus"] = consensus.T_target_source
     w, how = scale.working, settings.refinement
-    still = how.still
     trials = []
     for start, T in starts.items():
         refined = refinement.generalized_icp(
-            source.few, target.coarse, T, how.coarse_gate * w, how.coarse_iterations, still
+            source.few, target.coarse, T, how.coarse_gate * w, how.coarse_iterations, how.coarse_still
         )
         trials.append((start, refined, _judge(refined.T_target_source, source, target, scale, settings)))
     trials.sort(key=lambda trial: -trial[2].score)
     _, best, found = trials[0]
-    status = judgement.status_of(found, scale, settings.judgement)
-    if status != "low_overlap":  # where surfaces hardly meet there is nothing to refine on
+    if found.score >= settings.judgement.min_score:  # where surfaces hardly meet there is nothing to refine on
         best = refinement.generalized_icp(
-            source.fine, target.fine, best.T_target_source, how.fine_gate * w, how.fine_iterations, still
+            source.fine, target.fine, best.T_target_source, how.fine_gate * w, how.fine_iterations, how.fine_still
         )
         found = _judge(best.T_target_source, source, target, scale, settings)
-        status = judgement.status_of(found, scale, settings.judgement)
+    status = judgement.status_of(found, scale, settings.judgement)
     rivals = [
         judged.score for _, refined, judged in trials[1:] if _distinct(refined, best, source, scale, settings.judgement)
     ]
@@ -133,7 +131,7 @@ def _point_to_point(
 ) -> PairEstimate:
     w, how = scale.working, settings.refinement
     refined = refinement.icp(
-        source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, how.still * scale.diameter
+        source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, how.icp_still * scale.diameter
     )
     found = _judge(refined.T_target_source, source, target, scale, settings)
     return PairEstimate(

@@ -17,13 +17,15 @@ class RefinementSettings:
 
     icp_gate: float = 8.0  # the thesis's point-to-point ICP
     icp_iterations: int = 100
+    icp_still: float = 1e-5  # a step that moves no point by more than this share of the diameter ends the iteration
     coarse_points: int = 1500  # of the source, while starts compete
     coarse_gate: float = 6.0
     coarse_iterations: int = 25
+    coarse_still: float = 1e-4  # a step smaller than this (radians; metres) ends the iteration
     fine_gate: float = 3.0  # the winner, on all points
     fine_iterations: int = 30
+    fine_still: float = 1e-5
     neighbours: int = 20  # of a point, for its covariance
-    still: float = 1e-6  # a step smaller than this (radians; diameters) ends the iteration
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +75,10 @@ def icp(source: np.ndarray, target: cKDTree, start: np.ndarray, gate: float, ite
 def generalized_icp(
     source: SearchableCloud, target: SearchableCloud, start: np.ndarray, gate: float, iterations: int, still: float
 ) -> Refined:
-    """Plane-to-plane ICP (Segal 2009) from a start T_target_source, partners within the gate [m].
+    """Plane-to-plane ICP (Segal 2009) from a start T_target_source, until a step is still.
 
-    Partners may slide along the surface, as two samplings of one surface do: no bias towards the start.
+    Partners lie within the gate [m]; they may slide along the surface, as two samplings of one surface do, so that
+    nothing holds on to the start.
     """
     result = small_gicp.align(
         target.cloud,

@@ -16,17 +16,23 @@ class Trajectory:
     pairs: list[PairEstimate] = field(default_factory=list)
     last: Prepared | None = None  # the last view that has a pose: the next one's target
     T_0_last: np.ndarray = field(default_factory=lambda: np.eye(4))
+    connected: bool = True  # whether pairs that are all ok lead from the last view to the origin
 
     def start(self, prepared: Prepared) -> ViewEstimate:
         """Make a view the origin: T_0_0 = I."""
         return self._add(prepared, "ok", np.eye(4))
 
     def extend(self, prepared: Prepared, pair: PairEstimate) -> ViewEstimate:
-        """Place a view by its pair: T_0_i = T_0_target T_target_i; without an estimate it has no pose."""
+        """Place a view by its pair: T_0_i = T_0_target T_target_i; without an estimate it has no pose.
+
+        The view's status is the pair's; `not_connected` where the pair is ok but hangs on one that is not.
+        """
         self.pairs.append(pair)
         if pair.T_target_source is None:
             return self.skip(pair.source, pair.status)
-        return self._add(prepared, pair.status, self.T_0_last @ pair.T_target_source)
+        status = pair.status if pair.status != "ok" or self.connected else "not_connected"
+        self.connected = status == "ok"
+        return self._add(prepared, status, self.T_0_last @ pair.T_target_source)
 
     def skip(self, view: int, status: str) -> ViewEstimate:
         """Leave a view without a pose."""

@@ -35,7 +35,7 @@ def test_generalized_icp_aligns_two_samplings_of_one_surface():
     target, _ = blob(np.random.default_rng(2), 6000)
     T = random_pose(np.random.default_rng(3), angle=0.08, shift=0.003)
     clouds = [refinement.make_searchable(p, HOW.neighbours) for p in (source, poses.transform(T, target))]
-    found = refinement.generalized_icp(*clouds, np.eye(4), 0.03, 50, HOW.still)
+    found = refinement.generalized_icp(*clouds, np.eye(4), 0.03, 50, HOW.fine_still)
     off = poses.invert(T) @ found.T_target_source
     assert found.converged
     assert angle_deg(off) < 0.1

@@ -1,0 +1,156 @@
+"""The command `orbitscan`: the recorder's commands, and from recordings to results."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from recorder import cli as recorder_cli
+from recorder.exceptions import InvalidOption
+
+if TYPE_CHECKING:
+    from processing.batch import Job, Outcome
+
+app = typer.Typer(
+    name="orbitscan",
+    help="Scans of objects: recorded as MCAP, registered into the whole object, reviewed in Rerun.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+recorder_cli.mount(app)
+
+_COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown
+    "failed\nviews": ("failed_views", 1),
+    "translation\nmax [mm]": ("max_translation_error_m", 1e3),
+    "chordal\nmedian": ("median_rotation_error_chordal", 1),
+    "chordal\nmax": ("max_rotation_error_chordal", 1),
+    "angle\nmax [deg]": ("max_rotation_error_deg", 1),
+    "centre\nmax [mm]": ("max_center_error_m", 1e3),
+}
+
+
+@app.command()
+def process(
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings (.mcap), or folders of them.")],
+    results: Annotated[Path, typer.Option("-o", "--output", help="Gets a folder for each recording.")],
+    views: Annotated[str, typer.Option(help="A count, 'all', a list 0,1,5, a range 0:12, or names 'bun*'.")] = "18",
+    methods: Annotated[str, typer.Option(help="Of icp, ransac_icp, pairwise; with commas. Default: all.")] = "",
+    settings: Annotated[str, typer.Option(help="A TOML file, or 'thesis': its methods alone.")] = "",
+    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Recordings processed at the same time.")] = 1,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 where a view failed.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Do again what is done.")] = False,
+) -> None:
+    """Register the views of recordings, measure the errors, write results and a Rerun review.
+
+    orbitscan process bunny.mcap -o results --views 0,1,2
+
+    orbitscan process recordings/ -o results --workers 4 --methods icp,pairwise
+    """
+    from processing.batch import find_recordings, process_all
+
+    found = find_recordings(recordings)
+    job = _make_job(results, views, methods, settings, seed, overwrite, min(workers, len(found)))
+    _compile()
+    outcomes = []
+    for outcome in recorder_cli.progress(process_all(found, job, workers), len(found), "Processing"):
+        if outcome.error is not None and len(found) == 1:
+            raise outcome.error
+        typer.echo(f"{outcome.recording}: {outcome.message}", err=outcome.error is not None)
+        if outcome.damage:
+            typer.echo(f"{outcome.recording}: {outcome.damage}", err=True)
+        outcomes.append(outcome)
+    done = [outcome for outcome in outcomes if outcome.summaries]
+    _print_errors(done)
+    if done:
+        typer.echo(f"Look at it: orbitscan view {done[0].folder if len(done) == 1 else results}")
+    raise typer.Exit(_exit_status(outcomes, strict))
+
+
+@app.command()
+def view(
+    what: Annotated[Path, typer.Argument(help="A results folder, a review (.rrd) or a recording (.mcap).")],
+) -> None:
+    """Open results or a recording in the Rerun viewer.
+
+    orbitscan view results/bunny
+    """
+    import subprocess
+
+    files = _files_to_view(what)
+    try:
+        raise typer.Exit(subprocess.call(["rerun", *map(str, files)]))
+    except FileNotFoundError:
+        raise InvalidOption("rerun", "the viewer is not on the PATH", "activate the environment of orbitscan") from None
+
+
+def _files_to_view(what: Path) -> list[Path]:
+    if what.is_file():
+        return [what]
+    reviews = [what / "review.rrd"] if (what / "review.rrd").is_file() else sorted(what.glob("*/review.rrd"))
+    if not reviews:
+        raise InvalidOption(what, "holds no review.rrd", "name a results folder, a .rrd or a .mcap")
+    return reviews
+
+
+def _make_job(
+    results: Path, views: str, methods: str, settings: str, seed: int, overwrite: bool, workers: int
+) -> "Job":
+    from processing.batch import Job, threads_per_worker
+    from processing.results.records import METHODS
+    from processing.settings import THESIS_METHODS, Settings, read_settings
+
+    asked = [method.strip().replace("-", "_") for method in methods.split(",") if method.strip()]
+    if unknown := [method for method in asked if method not in METHODS]:
+        raise InvalidOption(f"--methods {unknown[0]}", "no such method", f"choose of {', '.join(METHODS)}")
+    default = THESIS_METHODS if settings == "thesis" else METHODS
+    return Job(
+        results,
+        views,
+        tuple(method for method in METHODS if method in (asked or default)),
+        read_settings(Path(settings)) if settings not in ("", "thesis") else Settings(),
+        seed,
+        overwrite,
+        threads_per_worker(workers),
+    )
+
+
+def _compile() -> None:
+    from processing.compilation import compile_kernels, compiled
+
+    if not compiled():
+        typer.echo("Compiling the kernels: once on this machine, about 20 s ...", err=True)
+        compile_kernels()
+
+
+def _print_errors(outcomes: list["Outcome"]) -> None:
+    """A row per session and method: views not placed with confidence, and errors where the truth is known."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title="Errors against the ground truth", title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("session", "method", *_COLUMNS):
+        left = column in ("session", "method")
+        table.add_column(column, justify="left" if left else "right", overflow="fold", no_wrap=not left)
+    for outcome in outcomes:
+        for method, summary in outcome.summaries.items():
+            cells = [_cell(summary[key], factor) for key, factor in _COLUMNS.values()]
+            table.add_row(outcome.folder.name, method, *cells)
+    if outcomes:
+        Console().print(table)
+
+
+def _cell(value: Any, factor: float) -> str:
+    return "-" if value is None else f"{value * factor:.3g}"
+
+
+def _exit_status(outcomes: list["Outcome"], strict: bool) -> int:
+    spoiled = any(outcome.error or outcome.damage or (strict and outcome.failed_views) for outcome in outcomes)
+    return 1 if spoiled else 0
+
+
+def main() -> None:
+    """Run the command."""
+    recorder_cli.run(app)

@@ -1,0 +1,84 @@
+"""Curves over the views: what a method's errors, evidence and seconds are, and a writer that completes them."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict
+
+import numpy as np
+import rerun as rr
+
+from processing.results.records import PairEstimate, ViewErrors
+from processing.review import entities
+
+ROUNDING = 1e-9  # smaller errors are those of the arithmetic: view {0} has no logarithm
+
+Value = tuple[str, float | None]  # a curve's entity, and its value at a view
+
+
+def error_values(method: str, errors: ViewErrors) -> Iterator[Value]:
+    """The errors of a view, and their logarithms (Rerun's axes are linear)."""
+    for quantity in entities.ERRORS:
+        yield f"/errors/{quantity}/{method}", getattr(errors, entities.error_field(quantity))
+    for quantity, (_, error, factor) in entities.LOG_ERRORS.items():
+        value = getattr(errors, entities.error_field(error))
+        seen = value is not None and value > ROUNDING
+        yield f"/errors_log10/{quantity}/{method}", float(np.log10(factor * value)) if seen else None
+
+
+def evidence_values(method: str, pair: PairEstimate) -> Iterator[Value]:
+    """What speaks for the pair that placed a view."""
+    for quantity, value in asdict(pair.evidence).items():
+        yield f"/evidence/{quantity}/{method}", value
+    yield f"/evidence/confidence/{method}", pair.confidence
+
+
+def timing_values(method: str, seconds: Mapping[str, float]) -> Iterator[Value]:
+    """The seconds of each stage for a view, and their total."""
+    for stage, value in seconds.items():
+        yield f"/timing/{stage}/{method}", value
+    yield f"/timing/total/{method}", sum(seconds.values())
+
+
+class Curves:
+    """Writes a value as soon as it is known, and the rest at the end; None and NaN are left out."""
+
+    def __init__(self, stream: rr.RecordingStream) -> None:
+        self._stream = stream
+        self._views: defaultdict[str, set[int]] = defaultdict(set)  # curve -> the views it has
+
+    def add(self, view: int, values: Iterable[Value]) -> None:
+        """Writes the values of a view, at the stream's current time."""
+        for path, value in values:
+            if _is_known(value):
+                self._style(path)
+                self._views[path].add(view)
+                self._stream.log(path, rr.Scalars(value))
+
+    def complete(self, values: Mapping[int, Iterable[Value]], stamps_ns: Mapping[int, int]) -> None:
+        """Writes those of all views' values that are not written yet, a column per curve."""
+        missing: defaultdict[str, dict[int, float]] = defaultdict(dict)
+        for view, of_view in values.items():
+            for path, value in of_view:
+                if _is_known(value) and view not in self._views[path]:
+                    missing[path][view] = value
+        for path, curve in missing.items():
+            self._style(path)
+            self._views[path].update(curve)
+            stamps = np.array([stamps_ns[view] for view in curve], dtype="datetime64[ns]")
+            self._stream.send_columns(
+                path,
+                indexes=[
+                    rr.TimeColumn(entities.VIEW_TIMELINE, sequence=list(curve)),
+                    rr.TimeColumn(entities.STAMP_TIMELINE, timestamp=stamps),
+                ],
+                columns=rr.Scalars.columns(scalars=list(curve.values())),
+            )
+
+    def _style(self, path: str) -> None:
+        if not self._views[path]:
+            color, name, width = entities.curve_style(path)
+            self._stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[width]), static=True)
+
+
+def _is_known(value: float | None) -> bool:
+    return value is not None and bool(np.isfinite(value))

@@ -1,0 +1,100 @@
+"""What is where in a recording and in which colour: entity paths, quantities with their units, palettes.
+
+Recordings of a session, a batch and a comparison share these, so that a colour means the same everywhere. Curves are
+at `/<kind>/<quantity>/<method>`, in the units that the quantity's name ends with.
+"""
+
+import colorsys
+
+import numpy as np
+
+from processing.timing import STAGES
+
+APPLICATION_ID = "orbitscan"
+VIEW_TIMELINE = "view"  # the recorded index
+STAMP_TIMELINE = "stamp"  # when the sensor took the view
+
+Color = tuple[int, int, int]
+
+# After Okabe and Ito: the colour-blind tell them apart. A contrast of 3:1 on white, on black, on the 3D background.
+METHOD_COLORS: dict[str, Color] = {
+    "icp": (208, 128, 0),
+    "ransac_icp": (70, 140, 225),
+    "pairwise": (0, 160, 112),
+    "refined": (204, 121, 167),
+}
+CURVE_WIDTHS = {"icp": 4.0, "ransac_icp": 2.0, "pairwise": 2.0, "refined": 2.0}  # an equal curve shows beneath another
+GOOD_COLOR: Color = (0, 160, 112)
+BAD_COLOR: Color = (240, 90, 40)  # failed views, wrong matches, outliers
+TRUTH_COLOR: Color = (185, 185, 185)
+PLAIN_COLOR: Color = (205, 205, 210)
+FOOT_COLOR: Color = (70, 95, 165)
+TOP_COLOR: Color = (250, 240, 190)
+LABEL_COLOR: Color = (255, 235, 225)
+BACKGROUND: Color = (60, 62, 68)  # of 3D views in either theme: black plastic and white porcelain stand out
+_STAGE_COLORS: tuple[Color, ...] = (
+    (208, 128, 0), (70, 140, 225), (0, 160, 112), (204, 121, 167), (140, 140, 140), (240, 90, 40), (150, 140, 30),
+)  # fmt: skip
+
+ERRORS = {
+    "translation_m": "Translation error [m]",
+    "rotation_chordal": "Rotation error, chordal [0 to 2.83]",
+    "rotation_deg": "Rotation error [deg]",
+    "center_m": "Error of the object's centre [m]",
+}
+LOG_ERRORS = {  # quantity -> (title, the error it is the logarithm of, its factor)
+    "translation_mm": ("log10 of it [mm]: 0 is 1 mm, 2 is 10 cm", "translation_m", 1e3),
+    "rotation_chordal": ("log10 of it: -3 is 0.001", "rotation_chordal", 1.0),
+    "center_mm": ("log10 of it [mm]: 0 is 1 mm, 2 is 10 cm", "center_m", 1e3),
+}
+SHARES = {
+    "overlap": "Overlap with the earlier view [share]",
+    "confidence": "Confidence [0 to 1]",
+    "inlier_ratio": "Inliers of the matches [share]",
+}
+EVIDENCE = SHARES | {
+    "rmse_m": "Residual of the overlap, RMS [m]",
+    "inliers": "Inliers",
+    "matches": "Matches",
+    "valid_frames": "Keypoints with a reference frame",
+    "keypoints": "Keypoints",
+    "points": "Points of the working cloud",
+}
+
+
+def view_path(method: str, view: int) -> str:
+    """The entity that carries a view's pose, by a method or in `truth`; its `points` and `camera` are below."""
+    return f"/object/{method}/view_{view:03d}"
+
+
+def pair_path(source: int, target: int) -> str:
+    """The entity of a pair, named target first: `/pairs/016_017` is view 17 registered to view 16."""
+    return f"/pairs/{target:03d}_{source:03d}"
+
+
+def error_field(quantity: str) -> str:
+    """The name in ViewErrors of an error's quantity: translation_m -> translation_error_m."""
+    name, _, unit = quantity.rpartition("_")
+    return f"{name}_error_{unit}"
+
+
+def curve_style(path: str) -> tuple[Color, str, float]:
+    """Colour, name and width of a curve: of the stage for a stage's timing, else of the method."""
+    _, kind, quantity, method = path.split("/")
+    if kind == "timing" and quantity in STAGES:
+        return _STAGE_COLORS[STAGES.index(quantity)], quantity, 2.0
+    return METHOD_COLORS[method], method, CURVE_WIDTHS[method]
+
+
+def view_color(view: int, views: int) -> Color:
+    """A hue for each of a session's views, from yellow over green and blue to violet: red is for what failed."""
+    r, g, b = colorsys.hsv_to_rgb(0.13 + 0.7 * view / max(views, view + 1), 0.5, 0.95)
+    return round(255 * r), round(255 * g), round(255 * b)
+
+
+def height_colors(points: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """(N, 3) uint8 that show the form of points (N, 3) without colours: from blue at the foot to yellow at the top."""
+    height = points @ up
+    low, high = np.percentile(height, [1, 99]) if len(points) else (0.0, 1.0)
+    share = np.clip((height - low) / max(high - low, 1e-9), 0, 1)[:, None]
+    return ((1 - share) * np.array(FOOT_COLOR) + share * np.array(TOP_COLOR)).astype(np.uint8)

@@ -1,0 +1,229 @@
+"""What would spoil the processing of a session, each finding with the option of `orbitscan convert` that mends it."""
+
+import hashlib
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from recorder import cloud, poses
+from recorder.alignment import Judgement, judge, right_handed_axes
+from recorder.conversion import Conversion, recorded
+from recorder.exceptions import InvalidPose
+from recorder.session import Session, SessionInfo, View
+
+FEW_POINTS = 10
+LINE, PLANE = 0.01, 0.01  # spread across over spread along, below which a cloud is no more than that
+NOISE = 1.5  # a cloud no thicker than so many standard deviations of its noise is a plane
+LARGE, FAR, LARGE_AND_FAR = 20.0, 50.0, 5.0  # [m] diameter; distance, with diameter: no scanned object is so
+SMALL = 0.002  # [m] diameter: no scanned object is so small
+INSIDE = 0.3  # a sensor nearer to the centroid than this share of the diameter stands within the object
+SAMPLE = 4000  # points of a view looked at
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about a session that its user should know."""
+
+    severity: Literal["problem", "warning", "info"]  # a problem spoils the processing
+    what: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.what}" + (f"; {self.remedy}" if self.remedy else "")
+
+
+@dataclass(frozen=True, eq=False)
+class _Sight:
+    """What a look at one view says; lengths in metres."""
+
+    index: int
+    damage: str | None
+    recorded: int  # points
+    points: int  # with finite coordinates
+    digest: bytes  # of the finite points
+    center: np.ndarray  # (3,)
+    diameter: float
+    shape: Literal["line", "plane", "body"]
+
+
+def check(session: Session) -> list[Finding]:
+    """The findings on a session, problems of its recording first, then of its views, its sizes and its poses."""
+    sights = [_look(view) for view in session.views("all")]
+    seen = [sight for sight in sights if sight.points >= FEW_POINTS]
+    findings = [Finding("problem", f"{session.damage}", "record the session again")] if session.damage else []
+    findings += _check_views(sights)
+    if seen:
+        findings += [*_check_sizes(session.info, seen), *_check_sensor(session.info, seen)]
+    return findings + check_poses(session, _turned(session.info, seen))
+
+
+def check_poses(session: Session, axes: str | None = None) -> list[Finding]:
+    """The findings on a session's true poses; `axes` are those the clouds should have been read with, where known."""
+    try:
+        known, judgement = len(session.truth()), judge(session)
+    except InvalidPose as error:
+        return [Finding("problem", f"{error.subject}: {error.problem}", error.remedy)]
+    if not known:
+        return [Finding("info", "no true poses, so no errors will be told", "pass --poses FILE where they exist")]
+    findings = []
+    if known < session.info.views:
+        findings.append(Finding("info", f"true poses of {known} of {session.info.views} views"))
+    if judgement is None:
+        what = "the poses cannot be tested: no two views with points are near enough to overlap"
+        return [*findings, Finding("info", what)]
+    return [*findings, _pose_finding(judgement, session.info, axes)]
+
+
+def _look(view: View) -> _Sight:
+    points, _ = cloud.finite(view.points)
+    sample = points[:: max(1, -(-len(points) // SAMPLE))].astype(np.float64)
+    diameter, shape = 0.0, "body"
+    if len(sample) >= FEW_POINTS:
+        diameter = float(np.linalg.norm(np.ptp(np.percentile(sample, [0.5, 99.5], axis=0), axis=0)))
+        along, across, through = np.linalg.svd(sample - sample.mean(axis=0), compute_uv=False) / np.sqrt(len(sample))
+        thin = through < 5 * PLANE * along  # worth the search for neighbours
+        if across < LINE * along:
+            shape = "line"
+        elif thin and through < max(PLANE * along, NOISE * cloud.measure(points).noise):
+            shape = "plane"
+    return _Sight(
+        index=view.index,
+        damage=view.damage,
+        recorded=len(view.points),
+        points=len(points),
+        digest=hashlib.sha256(points.tobytes()).digest(),
+        center=sample.mean(axis=0) if len(sample) else np.zeros(3),
+        diameter=diameter,
+        shape=shape,
+    )
+
+
+def _check_views(sights: Sequence[_Sight]) -> list[Finding]:
+    findings = []
+
+    def find(severity: Literal["problem", "warning", "info"], chosen: list[_Sight], what: str, remedy: str) -> None:
+        if chosen:
+            findings.append(Finding(severity, f"{_views([sight.index for sight in chosen])}: {what}", remedy))
+
+    whole = [sight for sight in sights if not sight.damage]
+    few = f"fewer than {FEW_POINTS} points"
+    find("problem", [s for s in sights if s.damage], "unreadable", "record the session again")
+    find("problem", [s for s in whole if not s.recorded], "no points", "leave the view out")
+    find("problem", [s for s in whole if s.recorded and not s.points], "all points are NaN", "leave the view out")
+    find("info", [s for s in whole if 0 < s.points < s.recorded], "some points are NaN", "they are left out")
+    find("problem", [s for s in whole if 0 < s.points < FEW_POINTS], few, "leave the view out")
+    find("problem", [s for s in whole if s.shape == "line"], "the points lie on a line", "leave the view out")
+    flat = "the points lie on a plane, along which no motion can be seen"
+    find("problem", [s for s in whole if s.shape == "plane"], flat, "scan the object from where it shows relief")
+    same: dict[bytes, list[_Sight]] = defaultdict(list)
+    for sight in whole:
+        if sight.points:
+            same[sight.digest].append(sight)
+    for twins in same.values():
+        if len(twins) > 1:
+            find("problem", twins, "identical clouds", "keep one of them")
+    if len(sights) == 1:
+        findings.append(Finding("warning", "one view only: there is nothing to register it with"))
+    return findings
+
+
+def _check_sizes(info: SessionInfo, seen: Sequence[_Sight]) -> list[Finding]:
+    diameter = float(np.median([sight.diameter for sight in seen]))
+    distance = float(np.median([np.linalg.norm(sight.center) for sight in seen]))
+    size = f"the object measures {length(diameter)} at a distance of {length(distance)}"
+    if diameter > LARGE or (distance > FAR and diameter > LARGE_AND_FAR):
+        remedy = "pass --units mm if these are millimetres" if info.source_units == "m" else "check --units and --scale"
+        return [Finding("problem", size, remedy)]
+    if 0 < diameter < SMALL:
+        remedy = "check --units and --scale" if info.source_units == "m" else "pass --units m if these are metres"
+        return [Finding("problem", size, remedy)]
+    return []
+
+
+def _check_sensor(info: SessionInfo, seen: Sequence[_Sight]) -> list[Finding]:
+    if info.sensor_origin is None:
+        what = "unknown sensor origin: free-space tests are off and normals point away from the centroid"
+        return [Finding("warning", what, "pass --sensor-origin X,Y,Z if it is known")]
+    near = [np.linalg.norm(sight.center - info.sensor_origin) < INSIDE * sight.diameter for sight in seen]
+    if np.mean(near) > 0.5:
+        return [Finding("problem", "the sensor's origin lies within the object", "pass --sensor-origin unknown")]
+    if axes := _turned(info, seen):
+        return [Finding("problem", "the points do not lie in front of the camera", f"pass --axes {axes}")]
+    return []
+
+
+def _turned(info: SessionInfo, seen: Sequence[_Sight]) -> str | None:
+    """The axes under which the points would lie in front of the camera, where they clearly do not."""
+    if info.sensor_origin != (0.0, 0.0, 0.0) or not seen:
+        return None
+    far = [sight.center for sight in seen if np.linalg.norm(sight.center) > sight.diameter]
+    if len(far) <= len(seen) / 2:
+        return None
+    direction = np.mean([center / np.linalg.norm(center) for center in far], axis=0)
+    for axes in ("RUB", "RFU", "FLU"):  # graphics, the Washington data set, ROS bodies
+        A = poses.axes_to_rdf(axes)
+        if (A @ direction)[2] > 0.7:
+            return _axes_name(A @ poses.axes_to_rdf(recorded(info).axes))
+    return None
+
+
+def _axes_name(A: np.ndarray) -> str:
+    return next(name for name in right_handed_axes() if np.array_equal(poses.axes_to_rdf(name), A))
+
+
+def _pose_finding(judgement: Judgement, info: SessionInfo, axes: str | None) -> Finding:
+    given = judgement.given
+    if judgement.better:
+        flags = [_with_axes(reading, given, axes).flags(given) for reading in judgement.better]
+        equal = f" ({' or '.join(flags[1:])} fits as well)" if len(flags) > 1 else ""
+        what = f"poses: {length(judgement.residual)} as given, {length(judgement.better_residual)} "
+        what += _describe(judgement.better[0], given)
+        return Finding("problem", what, f"pass {flags[0]}{equal}" if info.source in ("", "clouds") else "")
+    if judgement.aligned:
+        return Finding("info", f"poses align the views to {length(judgement.residual)}")
+    what = f"poses align the views only to {length(judgement.residual)}"
+    if judgement.apart:
+        return Finding(
+            "problem", f"{what}, and no other reading of them does better", "check that they belong to these clouds"
+        )
+    return Finding(
+        "warning", f"{what}, more than the clouds' resolution and noise explain", "errors mean no more than that"
+    )
+
+
+def _with_axes(reading: Conversion, given: Conversion, axes: str | None) -> Conversion:
+    """A reading of the poses that aligns the clouds as given, for clouds read with other axes."""
+    if axes is None:
+        return reading
+    turn = poses.axes_to_rdf(axes) @ poses.axes_to_rdf(given.axes).T
+    return replace(reading, axes=axes, pose_axes=_axes_name(turn @ poses.axes_to_rdf(reading.pose_axes)))
+
+
+def _describe(reading: Conversion, given: Conversion) -> str:
+    words = ["inverted"] if reading.poses_are != given.poses_are else []
+    words += [f"with camera axes {reading.pose_axes}"] if reading.pose_axes != given.pose_axes else []
+    words += [f"with poses in {reading.pose_units}"] if reading.pose_units != given.pose_units else []
+    words += [f"with clouds in {reading.units}"] if reading.units != given.units else []
+    return ", ".join(words)
+
+
+def length(metres: float) -> str:
+    """A length in words, two digits: `0.6 mm`, `27 mm`, `1.2 m`."""
+    number, unit = (metres, "m") if metres >= 1 else (1000 * metres, "mm")
+    return f"{number:.0f} {unit}" if number >= 10 else f"{number:.2g} {unit}"
+
+
+def _views(indices: Sequence[int]) -> str:
+    """`view 3`, `views 0-4 and 7`."""
+    runs: list[list[int]] = []
+    for index in indices:
+        if runs and index == runs[-1][-1] + 1:
+            runs[-1].append(index)
+        else:
+            runs.append([index])
+    words = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs]
+    shown = ", ".join(words[:8]) + (f" and {len(words) - 8} more" if len(words) > 8 else "")
+    return f"view{'s' if len(indices) > 1 else ''} {shown}"

@@ -1,0 +1,312 @@
+"""The recorder's commands: convert, simulate, info, check. Each parses, calls the library and prints."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn, TypeVar
+
+import typer
+
+from recorder.exceptions import InvalidOption, InvalidPose, ScanError, UnreadableCloud
+
+if TYPE_CHECKING:
+    from recorder.session import Session
+
+Item = TypeVar("Item")
+INFO_VIEWS = "9"  # views that `info` measures
+
+
+class Format(StrEnum):
+    """The formats of a capture."""
+
+    CLOUDS = "clouds"
+    STANFORD = "stanford"
+    WASHINGTON = "washington"
+
+
+class Direction(StrEnum):
+    """What a pose maps to what."""
+
+    CAMERA_TO_OBJECT = "camera-to-object"
+    OBJECT_TO_CAMERA = "object-to-camera"
+
+
+class Unit(StrEnum):
+    """Units of length."""
+
+    METRE = "m"
+    CENTIMETRE = "cm"
+    MILLIMETRE = "mm"
+
+
+Output = Annotated[Path, typer.Option("-o", "--output", help="A recording X.mcap, or a folder for NAME.mcap.")]
+Recording = Annotated[Path, typer.Argument(help="A recording (.mcap).", metavar="SESSION.mcap", show_default=False)]
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(help="A folder of clouds, a cloud, a .conf.", show_default=False)],
+    output: Output,
+    format: Annotated[Format | None, typer.Option(help="Else recognised from the content.")] = None,
+    poses: Annotated[
+        Path | None, typer.Option(help="True poses: TUM, KITTI, 4x4 or JSON. Else the file that lies with the clouds.")
+    ] = None,
+    poses_are: Annotated[Direction | None, typer.Option(help="Default: camera-to-object.")] = None,
+    units: Annotated[Unit | None, typer.Option(help="Of the points and the poses. Default: m.")] = None,
+    pose_units: Annotated[Unit | None, typer.Option(help="Of the poses, where they differ.")] = None,
+    scale: Annotated[float | None, typer.Option(help="Times the units, in points and poses.")] = None,
+    axes: Annotated[
+        str | None, typer.Option(help="Where x, y, z of a cloud point: RDF (default), RUB, RFU, FLU, ...")
+    ] = None,
+    pose_axes: Annotated[str | None, typer.Option(help="The camera axes of the poses, where they differ.")] = None,
+    sensor_origin: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z|unknown", help="The sensor in a cloud's own units and axes. Default: 0,0,0."),
+    ] = None,
+    category: Annotated[str | None, typer.Option(help="What the object is, such as coffee_mug.")] = None,
+    instance: Annotated[str | None, typer.Option(help="Which one of its category.")] = None,
+    name: Annotated[str | None, typer.Option(help="The session's name. Default: that of the output or source.")] = None,
+) -> None:
+    """Convert captured scans into recordings, one per session.
+
+    Reads folders of PLY, PCD, XYZ, CSV and NPY clouds, Stanford .conf files and trees of the Washington RGB-D dataset.
+    What would spoil the processing is told, wrong poses first of all; then the exit status is 1.
+
+    \b
+    Examples:
+      orbitscan convert scans/ -o mug.mcap
+      orbitscan convert scans/ -o mug.mcap --poses poses.tum --units mm
+      orbitscan convert bunny/bun.conf -o bunny.mcap
+      orbitscan convert rgbd-dataset/ -o recordings/
+    """
+    from recorder import mcap_file
+    from recorder.check import check as find
+    from recorder.sources import open_capture
+    from recorder.sources.options import CaptureOptions
+
+    options = CaptureOptions(
+        format=format,
+        poses=poses,
+        poses_are=poses_are,
+        units=units,
+        pose_units=pose_units,
+        scale=scale,
+        axes=axes,
+        pose_axes=pose_axes,
+        sensor_origin=_parse_origin(sensor_origin),
+        category=category,
+        instance=instance,
+        name=name,
+    )
+    sessions = open_capture(source, options)
+    if output.suffix == ".mcap" and len(sessions) > 1:
+        raise InvalidOption(
+            f"-o {output}", f"{source} holds {len(sessions)} sessions", "give a folder, such as -o recordings"
+        )
+    failed = False
+    for session in sessions:
+        path, session = _place(session, output, name)
+        try:
+            _write(session, path)
+        except (UnreadableCloud, InvalidPose) as error:
+            if len(sessions) == 1:
+                raise
+            failed = True
+            _complain(error)
+            continue
+        for finding in find(mcap_file.read(path)):
+            failed |= finding.severity == "problem"
+            if finding.severity == "problem" or session.truth():
+                print(f"  {finding}")
+    _tell_next(output)
+    raise typer.Exit(1 if failed else 0)
+
+
+def simulate(
+    what: Annotated[str, typer.Argument(metavar="OBJECT|MESH", help="robot, bin, coffee_mug, ... or a mesh file.")],
+    output: Output,
+    instance: Annotated[int, typer.Option(help="Which one of the objects of this name.")] = 1,
+    views: Annotated[int, typer.Option(help="Views in one turn.")] = 18,
+    elevation: Annotated[float, typer.Option(help="Of the camera above the object, in degrees.")] = 30.0,
+    distance: Annotated[
+        float | None, typer.Option(help="Of the camera, in metres. Default: 1, or 2.5 radii of a large object.")
+    ] = None,
+    focal: Annotated[float, typer.Option(help="Focal length, in pixels.")] = 525.0,
+    noise_mm: Annotated[
+        float, typer.Option(help="Standard deviation of the depth at 1 m; grows with its square.")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
+) -> None:
+    """Scan an object or a mesh (metres) with a virtual depth camera; the poses are exact.
+
+    \b
+    Examples:
+      orbitscan simulate robot -o robot.mcap
+      orbitscan simulate cup.stl -o cup.mcap --views 36 --noise-mm 2
+    """
+    from recorder.sources import virtual
+
+    session = virtual.simulate(
+        what,
+        instance=instance,
+        views=views,
+        elevation_deg=elevation,
+        distance=distance,
+        focal=focal,
+        noise_mm=noise_mm,
+        seed=seed,
+    )
+    path, session = _place(session, output, None)
+    _write(session, path)
+    _tell_next(output)
+
+
+def info(recording: Recording) -> None:
+    """Tell what a recording holds: views, poses, sizes, resolution, noise.
+
+    \b
+    Example:
+      orbitscan info mug.mcap
+    """
+    import numpy as np
+
+    from recorder import cloud, mcap_file
+    from recorder.check import length
+    from recorder.session import DEFAULT_VIEWS, select_views
+
+    session = mcap_file.read(recording)
+    facts = session.info
+    measured = [cloud.measure(cloud.finite(view.points)[0]) for view in session.views(INFO_VIEWS)]
+    measured = [fact for fact in measured if fact.points > 1]
+    points = [len(cloud.finite(view.points)[0]) for view in session.views()]
+    used = select_views(str(DEFAULT_VIEWS), session.names)
+    try:
+        known = f"{len(session.truth())} of {facts.views}"
+    except InvalidPose as error:
+        known = f"unreadable ({error.problem})"
+
+    def median(of: Callable) -> float:
+        return float(np.median([of(fact) for fact in measured])) if measured else float("nan")
+
+    sides = " x ".join(f"{100 * median(lambda fact, i=i: fact.extent[i]):.1f}" for i in range(3))
+    rows = {
+        "name": facts.name,
+        "category": " ".join(filter(None, (facts.category, facts.instance))) or "unknown",
+        "source": ", ".join(filter(None, (facts.source, facts.sensor, f"capture {facts.capture}"))),
+        "views": f"{facts.views} ({session.names[0]} ... {session.names[-1]})",
+        "poses known": known,
+        "extent": f"{sides} cm (width, height, depth of a view)",
+        "distance": length(median(lambda fact: fact.distance)),
+        "points": f"{min(points):,} / {int(np.median(points)):,} / {max(points):,} a view (least, median, most)",
+        "resolution": f"{1000 * median(lambda fact: fact.resolution):.2f} mm",
+        "noise": f"{1000 * median(lambda fact: fact.noise):.2f} mm",
+        f"--views {DEFAULT_VIEWS}": "all" if len(used) == facts.views else " ".join(map(str, used)),
+        "damage": session.damage or "none",
+    }
+    for key, value in rows.items():
+        print(f"{key:<12} {value}")
+
+
+def check(recording: Recording) -> None:
+    """Look for what would spoil the processing of a recording; exit status 1 where there is a problem.
+
+    \b
+    Example:
+      orbitscan check mug.mcap
+    """
+    from recorder import mcap_file
+    from recorder.check import check as find
+
+    findings = find(mcap_file.read(recording))
+    for finding in findings:
+        print(finding)
+    if any(finding.severity == "problem" for finding in findings):
+        raise typer.Exit(1)
+    print(f"next: orbitscan process {recording} -o results")
+
+
+def mount(app: typer.Typer) -> None:
+    """Add the recorder's commands to an application."""
+    for command in (convert, simulate, info, check):
+        app.command()(command)
+
+
+def run(app: typer.Typer, arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run a command line and exit; a ScanError is told in one line on stderr, and is status 2."""
+    try:
+        app(args=arguments, prog_name="orbitscan")
+    except ScanError as error:
+        _complain(error)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stdout = None  # nobody reads it: not even the last flush may complain
+        sys.exit(1)
+    sys.exit(0)
+
+
+def progress(items: Iterable[Item], total: int, what: str) -> Iterator[Item]:
+    """The items, counted by a bar on a terminal and in silence in a log."""
+    with _bar(total, what) as advance:
+        for item in items:
+            yield item
+            advance()
+
+
+@contextmanager
+def _bar(total: int, what: str) -> Iterator[Callable[[], None]]:
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True, redirect_stdout=sys.stdout.isatty()) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda: bar.advance(task)
+
+
+def _place(session: "Session", output: Path, name: str | None) -> tuple[Path, "Session"]:
+    """Where a session is written and what it is called there: as the file, where the user named one."""
+    if output.suffix == ".mcap":
+        return output, replace(session, info=replace(session.info, name=name or output.stem))
+    if Path(session.info.name).name != session.info.name:
+        raise InvalidOption(f"--name {session.info.name}", "no name for a file", "give one without slashes")
+    return output / f"{session.info.name}.mcap", session
+
+
+def _write(session: "Session", path: Path) -> None:
+    from recorder import mcap_file
+
+    with _bar(len(session.names), path.name) as advance:
+
+        def load(index: int) -> object:
+            advance()
+            return session.load(index)
+
+        mcap_file.write(replace(session, load=load), path)
+    count = len(session.names)
+    print(f"{path}: {count} view{'s' if count != 1 else ''}")
+
+
+def _parse_origin(text: str | None) -> tuple[float, float, float] | Literal["unknown"] | None:
+    if text is None or text == "unknown":
+        return text
+    try:
+        x, y, z = (float(word) for word in text.split(","))
+    except ValueError:
+        raise InvalidOption(f"--sensor-origin {text}", "neither X,Y,Z nor 'unknown'", "write 0,0,0") from None
+    return x, y, z
+
+
+def _tell_next(output: Path) -> None:
+    if output.suffix == ".mcap":
+        print(f"next: orbitscan check {output}")
+    print(f"next: orbitscan process {output} -o results")
+
+
+def _complain(error: ScanError) -> None:
+    print(f"orbitscan: error: {error}", file=sys.stderr)

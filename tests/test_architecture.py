@@ -1,0 +1,78 @@
+"""Two packages, one direction, one page: an import against the order fails here."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+ORDER = [  # of processing; a module imports only what stands above it
+    "results.records",
+    "features",
+    "surface",
+    "reconstruction",
+    "settings",
+    "timing",
+    "errors",
+    "results.files",
+    "pipeline",
+    "compilation",
+    "review",
+    "batch",
+    "cli",
+]
+MODULES = sorted(
+    str(path.relative_to(ROOT).with_suffix("")).replace("/", ".").removesuffix(".__init__")
+    for package in ("recorder", "processing")
+    for path in (ROOT / package).rglob("*.py")
+)
+
+
+def imports(module):
+    path = ROOT / (module.replace(".", "/") + ".py")
+    path = path if path.exists() else ROOT / module.replace(".", "/") / "__init__.py"
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module} imports relatively"
+            for name in node.names:
+                full = f"{node.module}.{name.name}"
+                yield full if full in MODULES else node.module
+
+
+def rank(module):
+    inside = module.removeprefix("processing.")
+    ranks = [i for i, name in enumerate(ORDER) if inside == name or inside.startswith(name + ".")]
+    assert ranks, f"{module} has no place in the order"
+    return ranks[0]
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if m.startswith("recorder")])
+def test_the_recorder_knows_nothing_of_processing(module):
+    assert not [name for name in imports(module) if name.split(".")[0] == "processing"]
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if m.startswith("processing.")])
+def test_processing_imports_only_upwards(module):
+    if module in ("processing.results",):
+        return
+    for name in imports(module):
+        if name.startswith("processing."):
+            assert rank(name) <= rank(module), f"{module} imports {name}"
+        if name == "recorder.cli":
+            assert module == "processing.cli"
+
+
+def test_the_page_knows_of_the_recorder_only_the_session():
+    assert {n for n in imports("processing.pipeline") if n.startswith("recorder")} == {"recorder.session"}
+
+
+def test_the_truth_is_asked_for_in_one_place():
+    sources = {module: ROOT / (module.replace(".", "/") + ".py") for module in MODULES if "processing." in module}
+    readers = {m for m, path in sources.items() if path.exists() and ".truth()" in path.read_text(encoding="utf-8")}
+    assert readers == {"processing.batch"}
+
+
+def test_the_page_is_a_page():
+    assert len((ROOT / "processing" / "pipeline.py").read_text("utf-8").splitlines()) < 200
