@@ -11,7 +11,7 @@ demo: .venv/installed
 	$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
 
 test: .venv/installed-dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
@@ -21,7 +21,7 @@ bench-pair: .venv/installed-dev
 	$(BIN)/python -m tests.benchmarks.pair
 
 picture: .venv/installed-dev
-	$(BIN)/python -m tests.viewer results/robot/review.rrd docs/review.png
+	$(BIN)/python -m tests.picture results/robot/review.rrd docs/review.png
 
 clean:
 	rm -rf .venv results build dist *.egg-info

@@ -130,14 +130,21 @@ def _print_errors(outcomes: list["Outcome"]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title="Errors against the ground truth", title_justify="left", box=box.SIMPLE_HEAD)
-    for column in ("session", "method", *_COLUMNS):
-        left = column in ("session", "method")
-        table.add_column(column, justify="left" if left else "right", overflow="fold", no_wrap=not left)
+    table = Table(
+        title="Errors against the ground truth",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
+    table.add_column("session", overflow="fold")
+    table.add_column("method", no_wrap=True)
+    for column in _COLUMNS:
+        table.add_column(column, justify="right", no_wrap=True)
     for outcome in outcomes:
-        for method, summary in outcome.summaries.items():
-            cells = [_cell(summary[key], factor) for key, factor in _COLUMNS.values()]
-            table.add_row(outcome.folder.name, method, *cells)
+        names = [outcome.folder.name] + [""] * len(outcome.summaries)
+        for name, (method, summary) in zip(names, outcome.summaries.items(), strict=False):
+            table.add_row(name, method, *(_cell(summary[key], factor) for key, factor in _COLUMNS.values()))
     if outcomes:
         Console().print(table)
 

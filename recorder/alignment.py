@@ -19,7 +19,7 @@ from recorder.session import Session
 
 BEST_ANGLE, LAST_ANGLE = np.deg2rad(30), np.deg2rad(75)  # between two views: much overlap, yet a wrong pose shows
 EDGES = 0.15  # views an angle a apart share 1 - a / pi of a sphere, less this at its edges
-MAX_PAIRS, MIN_POINTS = 18, 10
+MAX_PAIRS, MIN_POINTS, MEASURED = 18, 10, 3
 TARGET_POINTS, SOURCE_POINTS = 20_000, 500
 COARSE_PAIRS, COARSE_POINTS, FINALISTS = 6, 60, 8  # every reading is tried on a few points, the best on all
 ALIGNED = 1.0, 2.0, 0.005  # resolutions, noises, or shares of the diameter that half of the points may be off
@@ -52,8 +52,8 @@ def judge(session: Session) -> Judgement | None:
     given = recorded(session.info)
     files = {i: given.source_pose(T) for i, T in session.truth().items()}
     pairs = _choose_pairs(files)
-    clouds = {i: _sample(session, i) for i in sorted({i for pair in pairs for i in pair})}
-    pairs = [(i, j) for i, j in pairs if min(len(clouds[i]), len(clouds[j])) >= MIN_POINTS]
+    clouds = {i: _sample(session, i) for i in sorted({i for pair in pairs for i in (pair.source, pair.target)})}
+    pairs = [pair for pair in pairs if min(len(clouds[pair.source]), len(clouds[pair.target])) >= MIN_POINTS]
     if not pairs:
         return None
     scene = _Scene(given, files, clouds)
@@ -105,21 +105,26 @@ def _is_right_handed(axes: str) -> bool:
     return True
 
 
-def _angle(T_a: np.ndarray, T_b: np.ndarray) -> float:
-    return poses.rotation_angle(T_a[:3, :3].T @ T_b[:3, :3])
+@dataclass(frozen=True)
+class _Pair:
+    """Two views that must overlap, and the share of the source's points that the target should see."""
+
+    source: int
+    target: int
+    share: float
 
 
-def _choose_pairs(files: Mapping[int, np.ndarray]) -> list[tuple[int, int]]:
+def _choose_pairs(files: Mapping[int, np.ndarray]) -> list[_Pair]:
     """Pairs of views about BEST_ANGLE apart, spread over the session; near in order where the angle says nothing."""
     known = sorted(files)
-    pairs: list[tuple[int, int]] = []
+    pairs: dict[frozenset[int], _Pair] = {}
     for i in known[:: max(1, -(-len(known) // MAX_PAIRS))]:
-        angles = {j: _angle(files[i], files[j]) for j in known if j != i}
+        angles = {j: poses.rotation_angle(files[i][:3, :3].T @ files[j][:3, :3]) for j in known if j != i}
         near = [j for j, angle in angles.items() if angle <= LAST_ANGLE]
         if near:
             j = min(near, key=lambda j: (round(abs(angles[j] - BEST_ANGLE), 2), abs(i - j)))
-            pairs += [] if (j, i) in pairs else [(i, j)]
-    return pairs
+            pairs.setdefault(frozenset((i, j)), _Pair(i, j, 1 - EDGES - angles[j] / np.pi))
+    return list(pairs.values())
 
 
 def _sample(session: Session, index: int) -> np.ndarray:
@@ -135,37 +140,35 @@ class _Scene:
         self.files = files
         self.clouds = clouds
         self.trees = {i: cKDTree(points) for i, points in clouds.items()}
-        facts = [cloud.measure(points) for points in list(clouds.values())[:5]]
+        facts = [cloud.measure(points) for points in list(clouds.values())[:MEASURED]]
         self.resolution = float(np.median([fact.resolution for fact in facts]))
         self.noise = float(np.median([fact.noise for fact in facts]))
         self.diameter = float(np.median([fact.diameter for fact in facts]))
 
-    def residual(self, reading: Conversion, pairs: Sequence[tuple[int, int]]) -> tuple[float, float]:
+    def residual(self, reading: Conversion, pairs: Sequence[_Pair]) -> tuple[float, float]:
         """The residual, over the share of the points that two views should both see and over the nearest half."""
         shares, halves = [], []
-        for i, j in pairs:
-            distances = np.sort(self.trees[j].query(self._placed(reading, i, j, SOURCE_POINTS))[0])
-            squares = np.cumsum(distances**2) / np.arange(1, len(distances) + 1)
-            shares.append(np.sqrt(squares[self._shared(i, j, len(distances)) - 1]))
-            halves.append(np.sqrt(squares[(len(distances) - 1) // 2]))
+        for pair in pairs:
+            distances, _ = self.trees[pair.target].query(self._placed(reading, pair, SOURCE_POINTS))
+            squares = np.cumsum(np.sort(distances) ** 2) / np.arange(1, len(distances) + 1)
+            shares.append(np.sqrt(squares[max(1, round(pair.share * len(squares))) - 1]))
+            halves.append(np.sqrt(squares[(len(squares) - 1) // 2]))
         return float(np.median(shares)), float(np.median(halves))
 
-    def coarse_residual(self, reading: Conversion, pairs: Sequence[tuple[int, int]]) -> float:
+    def coarse_residual(self, reading: Conversion, pairs: Sequence[_Pair]) -> float:
         """The residual of a few points, told only up to a tenth of the diameter."""
         far = self.diameter / 10
         found = []
-        for i, j in pairs:
-            distances, _ = self.trees[j].query(self._placed(reading, i, j, COARSE_POINTS), distance_upper_bound=far)
-            nearest = np.sort(np.minimum(distances, far))[: self._shared(i, j, len(distances))]
+        for pair in pairs:
+            placed = self._placed(reading, pair, COARSE_POINTS)
+            distances, _ = self.trees[pair.target].query(placed, distance_upper_bound=far)
+            nearest = np.sort(np.minimum(distances, far))[: max(1, round(pair.share * len(distances)))]
             found.append(np.sqrt((nearest**2).mean()))
         return float(np.median(found))
 
-    def _placed(self, reading: Conversion, i: int, j: int, count: int) -> np.ndarray:
-        """About `count` points of view i in the frame of view j, both in the units of the clouds as given."""
-        T_j_i = poses.invert(reading.pose(self.files[j])) @ reading.pose(self.files[i])
-        T_j_i[:3, 3] *= METRES[self.given.units] / METRES[reading.units]
-        points = self.clouds[i]
-        return poses.transform(T_j_i, points[:: max(1, len(points) // count)])
-
-    def _shared(self, i: int, j: int, count: int) -> int:
-        return max(1, round(count * (1 - EDGES - _angle(self.files[i], self.files[j]) / np.pi)))
+    def _placed(self, reading: Conversion, pair: _Pair, count: int) -> np.ndarray:
+        """About `count` points of the source in the frame of the target, in the units of the clouds as given."""
+        T = poses.invert(reading.pose(self.files[pair.target])) @ reading.pose(self.files[pair.source])
+        T[:3, 3] *= METRES[self.given.units] / METRES[reading.units]
+        points = self.clouds[pair.source]
+        return poses.transform(T, points[:: max(1, len(points) // count)])

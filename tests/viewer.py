@@ -66,9 +66,11 @@ def find_reports(viewer: ViewerClient) -> list[str]:
 def show_tab(viewer: ViewerClient, tab: int) -> None:
     """Brings the tab of that number (from 0; the last one where there are fewer) to the front in every tab strip."""
     shown = viewer.get_blueprint()
-    for strip in _tab_strips(shown.blueprint):
+    strips = _tab_strips(shown.blueprint)
+    for strip in strips:
         strip["active_tab"] = strip["contents"][min(tab, len(strip["contents"]) - 1)]
-    viewer.set_blueprint(shown.blueprint, store_id=shown.store_id)
+    if strips:
+        viewer.set_blueprint(shown.blueprint, store_id=shown.store_id)
     time.sleep(SECONDS_TO_SETTLE)
 
 
@@ -78,7 +80,7 @@ def _count_tabs(viewer: ViewerClient) -> int:
 
 def _tab_strips(blueprint: dict[str, Any]) -> list[dict[str, Any]]:
     containers = [parts["ContainerBlueprint"] for parts in blueprint.values() if "ContainerBlueprint" in parts]
-    return [container for container in containers if container["container_kind"] == "Tabs"]
+    return [c for c in containers if c["container_kind"] == "Tabs" and isinstance(c["contents"], list)]
 
 
 def _connect(process: subprocess.Popen, port: int) -> ViewerClient:

@@ -5,6 +5,7 @@ memory, and its coordinates in doubles come out as zeros from the older of the t
 or is an error.
 """
 
+import os
 import struct
 from collections.abc import Iterable
 from itertools import islice
@@ -16,11 +17,12 @@ import numpy as np
 from recorder.exceptions import UnreadableCloud
 
 _PLY_TYPES = {
-    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8",
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
     "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
-    "float32": "f4", "float64": "f8",
+    "float": "f4", "double": "f8", "float32": "f4", "float64": "f8",
 }  # fmt: skip
 _PLY_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+_PCD_TYPES = {"F": "f", "I": "i", "U": "u"}
 _RGB = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 _PACKED_RGB = ("rgb", "rgba")  # 0x00RRGGBB in four bytes, as PCL packs them
 _CUT = "copy it again or leave it out"
@@ -123,8 +125,10 @@ def _pcd_layout(header: dict[str, list[str]]) -> np.dtype:
     counts = header.get("COUNT", ["1"] * len(fields))
     layout = []
     for i, (name, size, kind, count) in enumerate(zip(fields, header["SIZE"], header["TYPE"], counts, strict=True)):
+        if kind not in _PCD_TYPES:
+            raise ValueError(f"its field {name} has the type '{kind}'")
         names = [name if int(count) == 1 and name != "_" else f"{name}.{i}.{k}" for k in range(int(count))]
-        layout += [(unique, f"<{kind.lower()}{size}") for unique in names]
+        layout += [(unique, f"<{_PCD_TYPES[kind]}{size}") for unique in names]
     try:
         return np.dtype(layout)
     except TypeError as error:
@@ -158,7 +162,8 @@ def _chain(first: bytes | str, rest: Iterable[bytes | str]) -> Iterable[bytes | 
 
 def _read_bytes(stream: IO[bytes], layout: np.dtype, count: int) -> np.ndarray:
     """Up to `count` whole records."""
-    data = stream.read(count * layout.itemsize)
+    size = os.fstat(stream.fileno()).st_size  # a damaged count may be larger than any memory
+    data = stream.read(min(count * layout.itemsize, size))
     return np.frombuffer(data, layout, len(data) // layout.itemsize)
 
 

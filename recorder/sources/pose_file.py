@@ -28,15 +28,12 @@ class PoseFile:
 
 def find(folder: Path) -> list[Path]:
     """The files of a folder whose names say that they hold poses (`poses.txt`, `trajectory.tum`, `truth.json`, ...)."""
-    return natsorted(
-        path
-        for path in folder.iterdir()
-        if path.is_file()
-        and (
-            path.suffix.lower() in (".tum", ".kitti")
-            or (path.suffix.lower() in _SUFFIXES and any(name in path.stem.lower() for name in _NAMES))
-        )
-    )
+    return sorted(path for path in folder.iterdir() if path.is_file() and _speaks_of_poses(path))
+
+
+def _speaks_of_poses(path: Path) -> bool:
+    suffix, stem = path.suffix.lower(), path.stem.lower()
+    return suffix in (".tum", ".kitti") or (suffix in _SUFFIXES and any(name in stem for name in _NAMES))
 
 
 def read(path: Path) -> PoseFile:

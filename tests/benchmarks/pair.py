@@ -7,6 +7,7 @@ pairs; a machine's load moves all rows alike, so compare the rows.
 import argparse
 import time
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import open3d as o3d
@@ -60,7 +61,7 @@ def measure_peer(session: Session, name: str, register: Callable[[np.ndarray, np
     views = list(session.views())
     w = cloud.measure(views[0].points).resolution
     laps, errors = [], []
-    for target, source in zip(views, views[1:], strict=False):
+    for target, source in pairwise(views):
         started = time.perf_counter()
         T = register(source.points.astype(float), target.points.astype(float), w)
         laps.append(time.perf_counter() - started)
@@ -88,7 +89,10 @@ def fpfh(source: np.ndarray, target: np.ndarray, w: float) -> np.ndarray:
     coarse = registration.registration_ransac_based_on_feature_matching(
         *clouds, *features, True, 4 * w,
         registration.TransformationEstimationPointToPoint(False), 3,
-        [registration.CorrespondenceCheckerBasedOnEdgeLength(0.9), registration.CorrespondenceCheckerBasedOnDistance(4 * w)],
+        [
+            registration.CorrespondenceCheckerBasedOnEdgeLength(0.9),
+            registration.CorrespondenceCheckerBasedOnDistance(4 * w),
+        ],
         registration.RANSACConvergenceCriteria(100_000, 0.999),
     )  # fmt: skip
     plane = registration.TransformationEstimationPointToPlane()
