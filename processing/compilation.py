@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from processing.features import keypoints, normals, shot
-from processing.features.grid import build
 from processing.reconstruction import ransac
 
 KERNELS = (normals._normals, keypoints._saliency, keypoints._is_largest, shot._describe, ransac._count_inliers)
@@ -21,10 +20,9 @@ def compile_kernels() -> None:
     """Compile, or load from the cache, every kernel by using it once on a small cloud."""
     rng = np.random.default_rng(0)
     points = rng.random((200, 3))
-    grid = build(points, 1.0)
-    facing = normals.estimate_normals(grid, 1.0, np.zeros(3))
-    keypoints.detect_keypoints(grid, 1.0, 1.0, keypoints.KeypointSettings())
-    shot.describe(grid, facing, points[:5], 1.0)
+    facing = normals.estimate_normals(points, 1.0, np.zeros(3))
+    keypoints.detect_keypoints(points, 1.0, 1.0, keypoints.KeypointSettings())
+    shot.describe(points, facing, points[:5], 1.0)
     ransac.estimate_pose(points, points, 0.01, ransac.RansacSettings(), rng)
 
 

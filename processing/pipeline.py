@@ -9,7 +9,6 @@ from dataclasses import asdict
 
 import numpy as np
 
-from processing.features.grid import build
 from processing.features.keypoints import detect_keypoints
 from processing.features.shot import describe
 from processing.reconstruction.matching import match
@@ -103,11 +102,10 @@ def _describe(surface: Surface, scale: Scale, settings: Settings, watch: Stopwat
     w = scale.working
     with watch("keypoints", *methods):
         radii = w * settings.keypoints.salient_radius, w * settings.keypoints.non_max_radius
-        indices, _ = detect_keypoints(build(surface.working, max(radii)), *radii, settings.keypoints)
+        indices, _ = detect_keypoints(surface.working, *radii, settings.keypoints)
         keypoints = surface.working[indices]
     with watch("descriptors", *methods):
-        radius = w * settings.shot.radius
-        descriptors, _ = describe(build(surface.working, radius), surface.normals, keypoints, radius)
+        descriptors, _ = describe(surface.working, surface.normals, keypoints, w * settings.shot.radius)
     return Prepared(surface, keypoints, descriptors, how)
 
 

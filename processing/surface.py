@@ -69,5 +69,5 @@ def prepare(
         return Surface(view.index, points, colors, working, np.full_like(working, np.nan), False)
     radius = settings.normal_radius * scale.working
     origin = None if sensor_origin is None else np.array(sensor_origin, dtype=np.float64)
-    normals = estimate_normals(grid.build(working, radius), radius, origin)
+    normals = estimate_normals(working, radius, origin)
     return Surface(view.index, points, colors, working, normals, True)

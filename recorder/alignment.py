@@ -19,12 +19,14 @@ from recorder.session import Session
 
 BEST_ANGLE, LAST_ANGLE = np.deg2rad(30), np.deg2rad(75)  # between two views: much overlap, yet a wrong pose shows
 EDGES = 0.15  # views an angle a apart share 1 - a / pi of a sphere, less this at its edges
-MAX_PAIRS, MIN_POINTS, MEASURED = 18, 10, 3
+MAX_PAIRS, MIN_POINTS = 18, 10
+MEASURED = 3  # views whose resolution, noise and diameter stand for all
 TARGET_POINTS, SOURCE_POINTS = 20_000, 500
 COARSE_PAIRS, COARSE_POINTS, FINALISTS = 6, 60, 8  # every reading is tried on a few points, the best on all
-ALIGNED = 1.0, 2.0, 0.005  # resolutions, noises, or shares of the diameter that half of the points may be off
+RESOLUTIONS, NOISES, DIAMETERS = 1.0, 2.0, 0.005  # aligned clouds are no farther apart than the largest of these
 APART = 0.05  # not aligned at all: farther apart than this share of the diameter
-CLEAR, OBVIOUS = 1.5, 4.0  # so many times better: a reading that aligns the clouds; one that may leave noise
+CLEAR = 1.5  # another reading is right where it aligns the clouds, and that many times better,
+OBVIOUS = 4.0  # or where it alone is so many times better: poses with errors align no cloud quite
 TIED = 1.25  # readings that differ by less explain the clouds equally well
 
 
@@ -58,7 +60,8 @@ def judge(session: Session) -> Judgement | None:
         return None
     scene = _Scene(given, files, clouds)
     residual, half = scene.residual(given, pairs)
-    limit = max(ALIGNED[0] * scene.resolution, ALIGNED[1] * scene.noise, ALIGNED[2] * scene.diameter)
+    limit = max(RESOLUTIONS * scene.resolution, NOISES * scene.noise, DIAMETERS * scene.diameter)
+    # A box shows a new face as it turns: only half of its points must agree. The larger share tells readings apart.
     judgement = Judgement(residual, half <= limit, residual > APART * scene.diameter, given)
     if residual <= limit:
         return judgement

@@ -20,6 +20,8 @@ NOISE = 1.5  # a cloud no thicker than so many standard deviations of its noise 
 LARGE, FAR, LARGE_AND_FAR = 20.0, 50.0, 5.0  # [m] diameter; distance, with diameter: no scanned object is so
 SMALL = 0.002  # [m] diameter: no scanned object is so small
 INSIDE = 0.3  # a sensor nearer to the centroid than this share of the diameter stands within the object
+USUAL_AXES = ("RDF", "RUB", "RFU", "FLU")  # cameras, graphics, the Washington data set, ROS bodies
+FORWARD = 0.7  # cosine to the camera's axis, from which on a direction is in front of it
 SAMPLE = 4000  # points of a view looked at
 
 
@@ -163,15 +165,10 @@ def _turned(info: SessionInfo, seen: Sequence[_Sight]) -> str | None:
     if len(far) <= len(seen) / 2:
         return None
     direction = np.mean([center / np.linalg.norm(center) for center in far], axis=0)
-    for axes in ("RUB", "RFU", "FLU"):  # graphics, the Washington data set, ROS bodies
-        A = poses.axes_to_rdf(axes)
-        if (A @ direction)[2] > 0.7:
-            return _axes_name(A @ poses.axes_to_rdf(recorded(info).axes))
-    return None
-
-
-def _axes_name(A: np.ndarray) -> str:
-    return next(name for name in right_handed_axes() if np.array_equal(poses.axes_to_rdf(name), A))
+    given = recorded(info).axes
+    in_source = poses.axes_to_rdf(given).T @ direction
+    fitting = [axes for axes in (given, *USUAL_AXES) if (poses.axes_to_rdf(axes) @ in_source)[2] > FORWARD]
+    return fitting[0] if fitting and fitting[0] != given else None
 
 
 def _pose_finding(judgement: Judgement, info: SessionInfo, axes: str | None) -> Finding:
@@ -198,8 +195,9 @@ def _with_axes(reading: Conversion, given: Conversion, axes: str | None) -> Conv
     """A reading of the poses that aligns the clouds as given, for clouds read with other axes."""
     if axes is None:
         return reading
-    turn = poses.axes_to_rdf(axes) @ poses.axes_to_rdf(given.axes).T
-    return replace(reading, axes=axes, pose_axes=_axes_name(turn @ poses.axes_to_rdf(reading.pose_axes)))
+    pose_axes = poses.axes_to_rdf(axes) @ poses.axes_to_rdf(given.axes).T @ poses.axes_to_rdf(reading.pose_axes)
+    name = next(name for name in right_handed_axes() if np.array_equal(poses.axes_to_rdf(name), pose_axes))
+    return replace(reading, axes=axes, pose_axes=name)
 
 
 def _describe(reading: Conversion, given: Conversion) -> str:

@@ -271,10 +271,10 @@ def _bar(total: int, what: str) -> Iterator[Callable[[], None]]:
 
 def _place(session: "Session", output: Path, name: str | None) -> tuple[Path, "Session"]:
     """Where a session is written and what it is called there: as the file, where the user named one."""
+    if name is not None and Path(name).name != name:
+        raise InvalidOption(f"--name {name}", "no name for a file", "give one without slashes")
     if output.suffix == ".mcap":
         return output, replace(session, info=replace(session.info, name=name or output.stem))
-    if Path(session.info.name).name != session.info.name:
-        raise InvalidOption(f"--name {session.info.name}", "no name for a file", "give one without slashes")
     return output / f"{session.info.name}.mcap", session
 
 

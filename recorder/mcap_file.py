@@ -234,7 +234,7 @@ def _index(path: Path) -> _Contents | None:
 
 
 def _summary_is_whole(stream: IO[bytes]) -> bool:
-    """Whether the summary has the CRC its footer tells: the reader trusts it blindly, and takes one view for another."""
+    """Whether the summary has the CRC its footer tells; the library trusts it, and may take one view for another."""
     stream.seek(-(_FOOTER.size + len(_MAGIC)), os.SEEK_END)
     end = stream.tell() + _FOOTER.size - 4  # the CRC itself is left out
     _, _, start, _, crc = _FOOTER.unpack(stream.read(_FOOTER.size))

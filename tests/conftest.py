@@ -1,9 +1,13 @@
-"""What tests share: the real scans, where they are."""
+"""What tests share: the real scans, where they are, and random tests that are the same each time."""
 
 import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("orbitscan", deadline=None, derandomize=True)
+settings.load_profile("orbitscan")
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, prange
 
 from processing.features.eigen import symmetric_eigen
-from processing.features.grid import Grid, rows_around
+from processing.features.grid import build, rows_around
 
 
 @dataclass(frozen=True)
@@ -22,30 +22,37 @@ class KeypointSettings:
 
 
 def detect_keypoints(
-    grid: Grid, salient_radius: float, non_max_radius: float, settings: KeypointSettings
+    points: np.ndarray, salient_radius: float, non_max_radius: float, settings: KeypointSettings
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(indices, saliency): the original indices (K,) of the keypoints, most salient first, radii in metres.
+    """(indices, saliency): which of the points (N, 3) are keypoints (K,), most salient first; radii in metres.
 
     Saliency is the smallest eigenvalue of the scatter about the point. Zhong, Intrinsic shape signatures (2009), as
-    PCL computes it. The grid's cells must be at least as large as both radii.
+    PCL computes it.
     """
-    saliency = _saliency(
-        grid.points,
-        grid.keys,
-        grid.low,
-        grid.cell,
+    wide, narrow = build(points, salient_radius), build(points, non_max_radius)
+    saliency = np.empty(len(points))
+    saliency[wide.order] = _saliency(
+        wide.points,
+        wide.keys,
+        wide.low,
+        wide.cell,
         float(salient_radius),
         settings.gamma_21,
         settings.gamma_32,
         settings.min_neighbours,
     )
     largest = _is_largest(
-        grid.points, grid.keys, grid.low, grid.cell, float(non_max_radius), saliency, settings.min_neighbours
+        narrow.points,
+        narrow.keys,
+        narrow.low,
+        narrow.cell,
+        float(non_max_radius),
+        saliency[narrow.order],
+        settings.min_neighbours,
     )
-    found = np.flatnonzero(largest)
-    indices = grid.order[found]
-    ranked = np.lexsort((indices, -saliency[found]))[: settings.at_most]
-    return indices[ranked], saliency[found[ranked]]
+    indices = narrow.order[largest]
+    ranked = indices[np.lexsort((indices, -saliency[indices]))][: settings.at_most]
+    return ranked, saliency[ranked]
 
 
 @njit(parallel=True, cache=True)

@@ -4,22 +4,22 @@ import numpy as np
 from numba import njit, prange
 
 from processing.features.eigen import symmetric_eigen
-from processing.features.grid import Grid, rows_around
+from processing.features.grid import build, rows_around
 
 MIN_NEIGHBOURS = 3
 
 
-def estimate_normals(grid: Grid, radius: float, sensor_origin: np.ndarray | None) -> np.ndarray:
-    """Unit normals (N, 3) of the grid's points, in the original order; NaN where there are too few neighbours.
+def estimate_normals(points: np.ndarray, radius: float, sensor_origin: np.ndarray | None) -> np.ndarray:
+    """Unit normals (N, 3) of points (N, 3); NaN where there are fewer than three neighbours.
 
     The neighbourhood is a ball [m] about each point. Normals face the sensor (3,), or away from the cloud's centroid
     where its place is unknown (None).
     """
-    inwards = sensor_origin is None
-    towards = grid.points.mean(axis=0) if inwards else np.asarray(sensor_origin, dtype=np.float64)
-    sorted_normals = _normals(grid.points, grid.keys, grid.low, grid.cell, float(radius), towards, inwards)
-    normals = np.empty_like(sorted_normals)
-    normals[grid.order] = sorted_normals
+    grid = build(points, radius)
+    away = sensor_origin is None
+    towards = grid.points.mean(axis=0) if away else np.asarray(sensor_origin, dtype=np.float64)
+    normals = np.empty_like(grid.points)
+    normals[grid.order] = _normals(grid.points, grid.keys, grid.low, grid.cell, float(radius), towards, away)
     return normals
 
 

@@ -41,22 +41,27 @@ def judge(
     target_tree: cKDTree,
     scale: Scale,
     settings: JudgementSettings,
+    chosen: slice = slice(None),
 ) -> Judgement:
-    """The agreement of the working clouds of two surfaces; target_tree holds the target's."""
-    moved = poses.transform(T_target_source, source.working)
+    """The agreement of the working clouds of two surfaces, by all or some chosen points of the source.
+
+    target_tree holds the target's working points.
+    """
+    working = source.working[chosen]
+    moved = poses.transform(T_target_source, working)
     distance, nearest = target_tree.query(
         moved, distance_upper_bound=settings.gate * scale.working, workers=get_num_threads()
     )
     near = np.isfinite(distance)
     partner = nearest[near]
     normals = target.normals[partner]
-    facing = np.einsum("ni,ni->n", source.normals[near] @ T_target_source[:3, :3].T, normals)
+    facing = np.einsum("ni,ni->n", source.normals[chosen][near] @ T_target_source[:3, :3].T, normals)
     overlapping = facing > settings.normal_cosine  # false where either normal is NaN
     if not overlapping.any():
         return Judgement(0.0, 0.0, 0.0)
     offset = moved[near] - target.working[partner]
     residual = np.einsum("ni,ni->n", offset, normals)[overlapping]
-    smaller = min(len(source.working), len(target.working))
+    smaller = len(working) * min(1.0, len(target.working) / len(source.working))
     fitting = np.maximum(0.0, 1.0 - (residual / allowed_residual(scale, settings)) ** 2 / 4)
     return Judgement(
         overlap=min(1.0, len(residual) / smaller),

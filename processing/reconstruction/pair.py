@@ -36,17 +36,15 @@ class Prepared:
         """Of the working points."""
         return cKDTree(self.surface.working)
 
-    @cached_property
-    def few(self) -> SearchableCloud:
-        """Some working points: the source while starts compete."""
-        working = self.surface.working
-        step = max(1, len(working) // self.settings.coarse_points)
-        return refinement.make_searchable(working[::step], self.settings.neighbours)
+    @property
+    def few(self) -> slice:
+        """Which working points stand for all of them while starts compete."""
+        return slice(None, None, max(1, len(self.surface.working) // self.settings.coarse_points))
 
     @cached_property
     def coarse(self) -> SearchableCloud:
-        """The working points: the target while starts compete."""
-        return refinement.make_searchable(self.surface.working, self.settings.neighbours)
+        """Of the few."""
+        return refinement.make_searchable(self.surface.working[self.few], self.settings.neighbours)
 
     @cached_property
     def fine(self) -> SearchableCloud:
@@ -90,9 +88,9 @@ def register_competing(
     trials = []
     for start, T in starts.items():
         refined = refinement.generalized_icp(
-            source.few, target.coarse, T, how.coarse_gate * w, how.coarse_iterations, how.coarse_still
+            source.coarse, target.fine, T, how.coarse_gate * w, how.coarse_iterations, how.coarse_still
         )
-        trials.append((start, refined, _judge(refined.T_target_source, source, target, scale, settings)))
+        trials.append((start, refined, _judge(refined.T_target_source, source, target, scale, settings, source.few)))
     trials.sort(key=lambda trial: -trial[2].score)
     _, best, found = trials[0]
     if found.score >= settings.judgement.min_score:  # where surfaces hardly meet there is nothing to refine on
@@ -144,8 +142,15 @@ def _point_to_point(
     )
 
 
-def _judge(T: np.ndarray, source: Prepared, target: Prepared, scale: Scale, settings: PairSettings) -> Judgement:
-    return judgement.judge(T, source.surface, target.surface, target.tree, scale, settings.judgement)
+def _judge(
+    T: np.ndarray,
+    source: Prepared,
+    target: Prepared,
+    scale: Scale,
+    settings: PairSettings,
+    chosen: slice = slice(None),
+) -> Judgement:
+    return judgement.judge(T, source.surface, target.surface, target.tree, scale, settings.judgement, chosen)
 
 
 def _distinct(a: Refined, b: Refined, source: Prepared, scale: Scale, settings: JudgementSettings) -> bool:

@@ -48,7 +48,7 @@ def make_searchable(points: np.ndarray, neighbours: int) -> SearchableCloud:
     """The searchable cloud of points (N, 3), covariances from so many neighbours."""
     cloud = small_gicp.PointCloud(np.asarray(points, dtype=np.float64))
     tree = small_gicp.KdTree(cloud, num_threads=1)
-    small_gicp.estimate_covariances(cloud, tree, num_neighbors=neighbours, num_threads=1)
+    small_gicp.estimate_covariances(cloud, tree, num_neighbors=neighbours, num_threads=get_num_threads())
     return SearchableCloud(cloud, tree)
 
 

@@ -252,7 +252,7 @@ def test_a_bit_flipped_anywhere_costs_at_most_the_view_it_is_in(recording):
     content = recording.read_bytes()
     session = make_session()
     rng = np.random.default_rng(0)
-    positions = [*rng.integers(0, len(content), 300), *range(0, 700, 7), *range(len(content) - 1200, len(content), 11)]
+    positions = [*rng.integers(0, len(content), 150), *range(0, 700, 11), *range(len(content) - 1200, len(content), 17)]
     refused = 0
     for position in positions:
         flipped = bytearray(content)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from processing.features.grid import build
 from processing.features.keypoints import KeypointSettings, detect_keypoints
 from processing.features.normals import estimate_normals
 from processing.features.shot import LENGTH, describe
@@ -18,7 +17,7 @@ def reference():
 
 
 def test_normals_are_pcls(reference):
-    normals = estimate_normals(build(reference["points"], 0.01), 0.01, np.zeros(3))
+    normals = estimate_normals(reference["points"], 0.01, np.zeros(3))
     cosine = np.einsum("ni,ni->n", normals, reference["normals"])
     assert np.abs(cosine).min() > 1 - 1e-6
     # Edge-on patches, whose side rounding decides, aside.
@@ -29,21 +28,21 @@ def test_normals_are_pcls(reference):
 
 def test_iss_keypoints_are_pcls_exactly(reference):
     points = reference["points"]
-    indices, saliency = detect_keypoints(build(points, 0.012), 0.012, 0.008, KeypointSettings())
+    indices, saliency = detect_keypoints(points, 0.012, 0.008, KeypointSettings())
     assert {tuple(p) for p in points[indices]} == {tuple(p) for p in reference["keypoints"]}
     assert (np.diff(saliency) <= 0).all()
 
 
 def test_keypoints_are_capped_at_the_most_salient(reference):
-    grid = build(reference["points"], 0.012)
-    everything, _ = detect_keypoints(grid, 0.012, 0.008, KeypointSettings())
-    few, _ = detect_keypoints(grid, 0.012, 0.008, KeypointSettings(at_most=20))
+    points = reference["points"]
+    everything, _ = detect_keypoints(points, 0.012, 0.008, KeypointSettings())
+    few, _ = detect_keypoints(points, 0.012, 0.008, KeypointSettings(at_most=20))
     assert few.tolist() == everything[:20].tolist()
 
 
 def test_shot_is_pcls_within_a_millionth(reference):
     keypoints = reference["keypoints"][reference["picked"]]
-    descriptors, frames = describe(build(reference["points"], 0.04), reference["normals"], keypoints, 0.04)
+    descriptors, frames = describe(reference["points"], reference["normals"], keypoints, 0.04)
     assert np.abs(frames - reference["frames"]).max() < 1e-5
     assert np.abs(descriptors - reference["shot"]).max() < 1e-6
 
@@ -52,8 +51,8 @@ def test_shot_does_not_change_when_the_view_moves(reference):
     R = Rotation.from_euler("xyz", [0.4, -1.1, 2.0]).as_matrix()
     points, normals = reference["points"].astype(float), reference["normals"].astype(float)
     keypoints = reference["keypoints"][::40].astype(float)
-    before, _ = describe(build(points, 0.04), normals, keypoints, 0.04)
-    after, _ = describe(build(points @ R.T + 1, 0.04), normals @ R.T, keypoints @ R.T + 1, 0.04)
+    before, _ = describe(points, normals, keypoints, 0.04)
+    after, _ = describe(points @ R.T + 1, normals @ R.T, keypoints @ R.T + 1, 0.04)
     distance = np.linalg.norm(before - after, axis=1)
     assert np.median(distance) < 1e-3
 
@@ -64,10 +63,9 @@ def test_descriptors_have_unit_length_and_no_frame_means_nan():
     points[:, 2] = 0.05 * np.sin(9 * points[:, 0])
     lonely = np.array([[9.0, 9.0, 9.0]])
     cloud = np.vstack([points, lonely])
-    grid = build(cloud, 0.3)
     sensor = np.array([0.0, 0.0, 5.0])
-    normals = estimate_normals(grid, 0.1, sensor)
-    descriptors, frames = describe(grid, normals, np.vstack([points[:10], lonely]), 0.3)
+    normals = estimate_normals(cloud, 0.1, sensor)
+    descriptors, frames = describe(cloud, normals, np.vstack([points[:10], lonely]), 0.3)
     assert descriptors.shape == (11, LENGTH)
     assert np.allclose(np.linalg.norm(descriptors[:10], axis=1), 1, atol=1e-6)
     assert np.isnan(descriptors[10]).all()
@@ -80,5 +78,5 @@ def test_normals_point_outwards_where_the_sensor_is_unknown():
     rng = np.random.default_rng(0)
     sphere = rng.normal(size=(3000, 3))
     sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
-    normals = estimate_normals(build(sphere + 4, 0.3), 0.3, None)
+    normals = estimate_normals(sphere + 4, 0.3, None)
     assert (np.einsum("ni,ni->n", normals, sphere) > 0.95).all()

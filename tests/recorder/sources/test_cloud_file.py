@@ -179,7 +179,7 @@ def test_a_ply_that_is_cut_is_refused(tmp_path, order, back):
     write_ply(tmp_path / "a.ply", order)
     content = (tmp_path / "a.ply").read_bytes()
     (tmp_path / "a.ply").write_bytes(content[:-back])
-    with pytest.raises(UnreadableCloud, match=r"a\.ply: (is cut: . of the 4 points|no readable PLY)"):
+    with pytest.raises(UnreadableCloud, match=r"a\.ply: no readable PLY cloud \("):
         cloud_file.read(tmp_path / "a.ply")
 
 
@@ -189,7 +189,7 @@ def test_a_pcd_that_is_cut_is_refused(tmp_path, data, back):
     write_pcd(tmp_path / "a.pcd", data)
     content = (tmp_path / "a.pcd").read_bytes()
     (tmp_path / "a.pcd").write_bytes(content[: -back - (data == "ascii")])
-    with pytest.raises(UnreadableCloud, match=r"a\.pcd: (is cut: . of the 4 points|no readable PCD)"):
+    with pytest.raises(UnreadableCloud, match=r"a\.pcd: no readable PCD cloud \("):
         cloud_file.read(tmp_path / "a.pcd")
 
 
@@ -210,7 +210,7 @@ PCD_HEAD = b"VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWID
         ("a.ply", b"solid cube\n", "does not start with 'ply'"),
         ("a.ply", PLY_HEAD, "its header is cut"),
         ("a.ply", PLY_HEAD + b"nonsense here\nend_header\n", "its header holds 'nonsense here'"),
-        ("a.ply", PLY_HEAD + b"property float a\nend_header\n1\n", "has no x y z among its fields .a."),
+        ("a.ply", PLY_HEAD + b"property float a\nend_header\n1\n", "no x y z among its fields a"),
         ("a.ply", PLY_HEAD + b"property list uchar int x\nend_header\n1 1\n", "its vertices hold lists"),
         ("a.ply", b"ply\nformat ascii 1.0\nelement face 0\nend_header\n", "declares no vertices"),
         ("a.pcd", b"\x00\x01\x02" * 200, "no DATA line"),

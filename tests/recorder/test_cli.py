@@ -1,0 +1,275 @@
+"""The recorder's commands: what they print, what they write, how they end."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import typer
+
+from recorder import cli, mcap_file, poses
+from recorder.session import in_memory
+from tests.geometry import scan
+from tests.recorder.test_mcap_file import cloud_offsets, damage_chunk
+
+SESSION = scan(n_views=5, step_deg=30, points=6000)
+
+
+@pytest.fixture
+def orbitscan(capsys, tmp_path, monkeypatch):
+    """Runs a command line in a folder of its own; gives its exit status, standard output and error output."""
+    monkeypatch.chdir(tmp_path)
+    app = typer.Typer(pretty_exceptions_enable=False, no_args_is_help=True)
+    cli.mount(app)
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            cli.run(app, [str(argument) for argument in arguments])
+        printed = capsys.readouterr()
+        assert "Traceback" not in printed.err
+        return ended.value.code, printed.out, printed.err
+
+    return run
+
+
+@pytest.fixture
+def scans(tmp_path):
+    """A folder of five clouds with inverted poses, as a world-to-camera file has them."""
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    for view in SESSION.views():
+        np.save(folder / f"scan{view.index}.npy", view.points)
+    (folder / "poses.json").write_text(json.dumps([poses.invert(T).tolist() for T in SESSION.truth().values()]))
+    return folder
+
+
+@pytest.fixture
+def recording(tmp_path):
+    mcap_file.write(SESSION, tmp_path / "blob.mcap")
+    return tmp_path / "blob.mcap"
+
+
+def test_convert_tells_what_is_wrong_and_the_flag_mends_it(orbitscan, scans):
+    status, out, err = orbitscan("convert", "scans", "-o", "mug.mcap")
+    assert (status, err) == (1, "")
+    assert out.splitlines()[0] == "mug.mcap: 5 views"
+    assert "inverted; pass --poses-are object-to-camera" in out
+    status, out, err = orbitscan("convert", "scans", "-o", "mug.mcap", "--poses-are", "object-to-camera")
+    assert (status, err) == (0, "")
+    assert "  info: poses align the views to" in out
+    assert out.endswith("next: orbitscan check mug.mcap\nnext: orbitscan process mug.mcap -o results\n")
+    found = mcap_file.read(scans.parent / "mug.mcap")
+    assert (found.info.name, found.names[4]) == ("mug", "scan4")
+    np.testing.assert_allclose(found.truth()[3], SESSION.truth()[3], atol=1e-9)
+
+
+def test_convert_passes_every_option_on(orbitscan, scans):
+    (scans / "poses.json").rename(scans.parent / "p.json")
+    options = (
+        "--format clouds --poses p.json --poses-are object-to-camera --units mm --pose-units cm --scale 2 --axes RUB "
+        "--pose-axes FLU --sensor-origin -1000,0,500 --category coffee_mug --instance 7 --name cup"
+    )
+    orbitscan("convert", "scans", "-o", "mug.mcap", *options.split())
+    info = mcap_file.read(scans.parent / "mug.mcap").info
+    assert (info.name, info.category, info.instance, info.views) == ("cup", "coffee_mug", "7", 5)
+    assert (info.source_axes, info.source_units, info.source_poses) == ("RUB", "mm", "object-to-camera FLU cm")
+    assert info.sensor_origin == (-2.0, 0.0, -1.0)
+
+
+def test_converting_twice_gives_the_same_bytes(orbitscan, scans):
+    orbitscan("convert", "scans", "-o", "a/mug.mcap")
+    orbitscan("convert", "scans", "-o", "b/mug.mcap")
+    assert (scans.parent / "a/mug.mcap").read_bytes() == (scans.parent / "b/mug.mcap").read_bytes()
+
+
+def test_convert_into_a_folder_names_the_file_after_the_session(orbitscan, scans):
+    orbitscan("convert", "scans", "-o", "recordings")
+    assert [path.name for path in (scans.parent / "recordings").iterdir()] == ["scans.mcap"]
+
+
+def test_convert_makes_a_recording_for_each_session(orbitscan, data, tmp_path):
+    source = data / "washington" / "rgbd-dataset"
+    status, out, err = orbitscan("convert", source, "-o", "w")
+    assert (status, err) == (0, "")
+    assert out.splitlines()[2] == f"{tmp_path.joinpath('w/cap_1_1.mcap').relative_to(tmp_path)}: 38 views"
+    assert out.endswith("next: orbitscan process w -o results\n")
+    assert len(list((tmp_path / "w").iterdir())) == 6
+    status, _, err = orbitscan("convert", source, "-o", "w.mcap")
+    assert status == 2
+    assert err == f"orbitscan: error: -o w.mcap: {source} holds 6 sessions; give a folder, such as -o recordings\n"
+
+
+def test_a_session_that_fails_does_not_stop_the_others(orbitscan, tmp_path):
+    pcd = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n0 0.7 0\n"
+    (tmp_path / "tree").mkdir()
+    for name, text in (("cap_1_1_1", pcd), ("mug_1_1_1", pcd[:-8]), ("pen_1_1_1", pcd)):
+        (tmp_path / "tree" / f"{name}.pcd").write_text(text)
+    status, _, err = orbitscan("convert", "tree", "-o", "w")
+    assert status == 1
+    assert err == (
+        "orbitscan: error: tree/mug_1_1_1.pcd: no readable PCD cloud (it is cut: 0 of the 1 points it declares); "
+        "copy it again or leave it out\n"
+    )
+    assert sorted(path.name for path in (tmp_path / "w").iterdir()) == ["cap_1_1.mcap", "pen_1_1.mcap"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("convert nowhere -o x.mcap", "nowhere: no such file or folder; name a folder of PLY, PCD, XYZ or NPY clouds"),
+        (
+            "convert scans -o x.mcap --poses none.txt",
+            "none.txt: cannot be read (No such file or directory); check --poses",
+        ),
+        ("convert scans -o x.mcap --poses short.json", "short.json: holds 1 poses for 5 clouds; give a pose for each"),
+        ("convert scans -o x.mcap --poses bent.json", "bent.json, pose of scan0.npy: a pose is no rotation"),
+        ("convert scans -o x.mcap --axes RUF", "axes 'RUF': a left-handed frame; name where x, y and z point"),
+        ("convert scans -o x.mcap --scale 0", "--scale 0: no positive number; give metres per unit of the source"),
+        (
+            "convert scans -o x.mcap --sensor-origin 1,2",
+            "--sensor-origin 1,2: neither X,Y,Z nor 'unknown'; write 0,0,0",
+        ),
+        ("convert scans -o x.mcap --name ../up", "--name ../up: no name for a file; give one without slashes"),
+        ("convert scans -o scans/poses.json", "scans/poses.json/scans.mcap: cannot be written"),
+        (
+            "convert scans/broken.ply -o x.mcap",
+            "scans/broken.ply: no readable PLY cloud (it does not start with 'ply')",
+        ),
+        ("convert blob.mcap -o x.mcap", "blob.mcap: is a recording already; give it to 'orbitscan process'"),
+        ("info none.mcap", "none.mcap: no such file; name a recording (.mcap)"),
+        ("check scans", "scans: is a folder; name a recording (.mcap)"),
+        ("check empty.mcap", "empty.mcap: the file is empty; make a recording with 'orbitscan convert'"),
+        ("info short.json", "short.json: not an MCAP file; make a recording with 'orbitscan convert'"),
+        ("simulate nobody -o x.mcap", "nobody"),
+    ],
+)
+def test_wrong_input_is_told_in_one_line(orbitscan, scans, recording, arguments, sentence):
+    (scans.parent / "empty.mcap").touch()
+    (scans.parent / "short.json").write_text(json.dumps([np.eye(4).tolist()]))
+    (scans.parent / "bent.json").write_text(json.dumps([(2 * np.eye(4)).tolist()[:3]] * 5))
+    (scans.parent / "broken.ply").write_text("solid")
+    (scans.parent / "broken.ply").rename(scans / "broken.ply")
+    if "broken" not in arguments:
+        (scans / "broken.ply").unlink()
+    status, out, err = orbitscan(*arguments.split())
+    assert (status, out) == (2, "")
+    assert err.startswith(f"orbitscan: error: {sentence}")
+    assert err.count("\n") == 1
+    assert not (scans.parent / "x.mcap").exists()
+    assert not list(scans.parent.rglob("*.part"))
+
+
+@pytest.mark.parametrize("arguments", ["convert", "convert scans", "info", "nonsense", "convert s -o x --units inch"])
+def test_wrong_usage_is_status_2(orbitscan, arguments):
+    status, out, err = orbitscan(*arguments.split())
+    assert (status, out) == (2, "")
+    assert "Usage: orbitscan" in err
+
+
+def test_a_recording_of_other_topics(orbitscan, data):
+    status, _, err = orbitscan("check", data / "mcap_ros2_rosbag2" / "talker.mcap")
+    assert status == 2
+    assert "holds no /camera/points (topics: " in err
+
+
+def test_info_tells_the_sizes_and_the_views_that_would_be_used(orbitscan, recording, data):
+    status, out, _ = orbitscan("info", recording)
+    rows = dict(line.split(maxsplit=1) for line in out.splitlines() if not line.startswith(("--", "poses")))
+    assert status == 0
+    assert rows["views"] == "5 (view_000 ... view_004)"
+    sides = [float(side) for side in rows["extent"].split(" cm")[0].split(" x ")]
+    assert len(sides) == 3
+    assert all(5 < side < 35 for side in sides)
+    assert 800 < float(rows["distance"].removesuffix(" mm")) < 1000
+    assert "poses known  5 of 5\n" in out
+    assert "--views 18   all\n" in out
+    orbitscan("convert", data / "washington" / "rgbd-dataset" / "cap", "-o", "cap.mcap")
+    _, out, _ = orbitscan("info", "cap.mcap")
+    assert "--views 18   0 2 4 6 8 10 12 14 16 19 21 23 25 27 29 31 33 35\n" in out
+    assert "category     cap 1\n" in out
+    assert "poses known  0 of 38\n" in out
+
+
+def test_info_of_a_damaged_recording(orbitscan, recording):
+    damage_chunk(recording, cloud_offsets(recording)[2])
+    content = recording.read_bytes()
+    recording.write_bytes(content[:-100])
+    status, out, _ = orbitscan("info", recording)
+    assert status == 0
+    assert "damage       the file is cut or damaged at its end\n" in out
+    assert "points       0 / " in out
+
+
+def test_check_of_a_good_and_of_a_bad_recording(orbitscan, recording):
+    status, out, err = orbitscan("check", recording)
+    assert (status, err) == (0, "")
+    assert out.startswith("info: poses align the views to ")
+    assert out.endswith(f"next: orbitscan process {recording} -o results\n")
+    views = [SESSION.load(0), *list(SESSION.views())[1:]]
+    mcap_file.write(in_memory(SESSION.info, views, {i: poses.invert(T) for i, T in SESSION.truth().items()}), recording)
+    status, out, _ = orbitscan("check", recording)
+    assert status == 1
+    assert out.startswith("problem: poses: ")
+    assert "next:" not in out
+
+
+def test_check_of_a_cut_recording(orbitscan, recording):
+    content = recording.read_bytes()
+    recording.write_bytes(content[: len(content) // 2])
+    status, out, _ = orbitscan("check", recording)
+    assert status == 1
+    assert out.startswith("problem: the file is cut or damaged at its end; record the session again\nproblem: views ")
+
+
+def test_simulate_records_an_object(orbitscan, tmp_path):
+    status, out, err = orbitscan("simulate", "coffee_mug", "-o", "mug.mcap", "--views", "4", "--focal", "300")
+    assert (status, err) == (0, "")
+    assert out.splitlines() == [
+        "mug.mcap: 4 views",
+        "next: orbitscan check mug.mcap",
+        "next: orbitscan process mug.mcap -o results",
+    ]
+    found = mcap_file.read(tmp_path / "mug.mcap")
+    assert (found.info.name, found.info.category, sorted(found.truth())) == ("mug", "coffee_mug", [0, 1, 2, 3])
+
+
+def test_an_interrupt_ends_quietly(orbitscan, monkeypatch, recording):
+    def interrupted(path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(mcap_file, "read", interrupted)
+    status, out, _ = orbitscan("info", recording)
+    assert (status, out) == (130, "")
+
+
+def test_progress_hands_on_every_item(capsys):
+    assert list(cli.progress(iter("abc"), 3, "Reading")) == ["a", "b", "c"]
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("command", ["convert", "simulate", "info", "check"])
+def test_help_shows_examples(orbitscan, command):
+    status, out, _ = orbitscan(command, "--help")
+    assert status == 0
+    assert f"orbitscan {command} " in out.split("Example")[1]
+
+
+def test_help_needs_nothing_heavy():
+    """With numpy, scipy or open3d among its imports the command would answer in seconds, not in half a one."""
+    code = """if True:
+        import sys, typer, recorder.cli
+        app = typer.Typer()
+        recorder.cli.mount(app)
+        typer.main.get_command(app)
+        print([name for name in ("numpy", "scipy", "open3d", "mcap", "natsort") if name in sys.modules])
+    """
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout == "[]\n"
+
+
+def test_a_reader_that_goes_away_is_no_error(recording):
+    code = "import typer, recorder.cli as c; app = typer.Typer(); c.mount(app); c.run(app)"
+    command = f"{sys.executable} -c '{code}' info {recording} | true"
+    found = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert found.stderr == ""

@@ -1,0 +1,81 @@
+"""Every command of the README runs, in its order, in a folder as the README assumes it."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recorder import mcap_file, poses
+from tests.geometry import scan
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """`scans/` with clouds, poses.tum and one recording in `recordings/`; `rerun` only writes down what it is given."""
+    import open3d as o3d
+
+    folder = tmp_path_factory.mktemp("readme")
+    (folder / "scans").mkdir()
+    session = scan(n_views=3)
+    for view in session.views():
+        cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(view.points.astype(np.float64)))
+        o3d.io.write_point_cloud(str(folder / "scans" / f"{view.name}.ply"), cloud)
+    truth = session.truth()
+    lines = [poses.to_tum_line((i + 1) * 10**9, truth[i]) for i in sorted(truth)]
+    (folder / "poses.tum").write_text("\n".join(lines))
+    mcap_file.write(scan(n_views=2), folder / "recordings" / "blob.mcap")
+    stub = folder / "bin" / "rerun"
+    stub.parent.mkdir()
+    stub.write_text("#!/bin/sh\nexit 0\n")
+    stub.chmod(0o755)
+    return folder
+
+
+def environment(folder):
+    path = os.pathsep.join([str(folder / "bin"), str(Path(sys.executable).parent), os.environ["PATH"]])
+    return os.environ | {"PATH": path, "HOME": str(folder)}
+
+
+def test_every_command_runs(folder):
+    commands = [line.split("#")[0].strip() for block in blocks("bash") for line in block.splitlines()]
+    ours = [command for command in commands if command and not command.startswith("make ")]
+    assert len(ours) >= 9
+    for command in ours:
+        finished = subprocess.run(
+            shlex.split(command), cwd=folder, env=environment(folder), capture_output=True, text=True
+        )
+        assert finished.returncode == 0, f"{command}\n{finished.stdout}{finished.stderr}"
+
+
+def test_the_python_runs_on_the_sample(folder):
+    (block,) = blocks("python")
+    root = Path(__file__).parents[1]
+    finished = subprocess.run([sys.executable, "-c", block], cwd=root, capture_output=True, text=True)
+    assert finished.returncode == 0, finished.stderr
+    statuses, chordal = finished.stdout.splitlines()
+    assert statuses == "['ok', 'ok', 'ok']"
+    assert float(chordal) < 0.01
+
+
+def test_the_make_targets_it_names_exist():
+    makefile = (Path(__file__).parents[1] / "Makefile").read_text(encoding="utf-8")
+    named = set(re.findall(r"`?make ([a-z-]+)", README))
+    assert named <= set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
+
+
+def test_the_files_it_links_exist():
+    linked = re.findall(r"\]\((?!https?:)([^)#]+)\)", README)
+    assert linked
+    for path in linked:
+        assert (Path(__file__).parents[1] / path).exists(), path
