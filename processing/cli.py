@@ -129,6 +129,7 @@ def _print_errors(outcomes: list["Outcome"]) -> None:
     from rich import box
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(
         title="Errors against the ground truth",
@@ -140,7 +141,7 @@ def _print_errors(outcomes: list["Outcome"]) -> None:
     table.add_column("session", overflow="fold")
     table.add_column("method", no_wrap=True)
     for column in _COLUMNS:
-        table.add_column(column, justify="right", no_wrap=True)
+        table.add_column(Text(column), justify="right", no_wrap=True)  # Text: [mm] is no markup
     for outcome in outcomes:
         names = [outcome.folder.name] + [""] * len(outcome.summaries)
         for name, (method, summary) in zip(names, outcome.summaries.items(), strict=False):

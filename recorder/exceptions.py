@@ -39,3 +39,7 @@ class InvalidOption(ScanError):
 
 class UnwritableOutput(ScanError):
     """A place where the output cannot be written."""
+
+
+class MissingLibrary(ScanError):
+    """A library that cannot be loaded on this machine."""

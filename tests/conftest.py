@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from hypothesis import settings
@@ -17,3 +18,9 @@ def data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real scans in {folder}; set ORBITSCAN_DATA")
     return folder
+
+
+@pytest.fixture(scope="session")
+def open3d() -> ModuleType:
+    """Open3D, which simulates views; it needs system libraries that a bare machine may lack."""
+    return pytest.importorskip("open3d", reason="Open3D does not load here", exc_type=(ImportError, OSError))

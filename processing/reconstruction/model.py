@@ -4,6 +4,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numba import get_num_threads
+from scipy.spatial import cKDTree
 
 from processing.features.grid import cell_means
 from processing.results.records import METHODS, Model
@@ -61,13 +63,11 @@ def _join(clouds: list[np.ndarray], resolution: float) -> np.ndarray:
 
 def remove_outliers(merged: np.ndarray, method: str, settings: ModelSettings) -> Model:
     """The merged rows as a model, without points farther from their neighbours than mean + k standard deviations."""
-    import open3d as o3d
-
-    points = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(merged[:, :3]))
-    kept = np.arange(len(merged))
+    points = merged[:, :3]
+    kept = np.ones(len(merged), bool)
     if len(merged) > settings.neighbours:
-        _, indices = points.remove_statistical_outlier(settings.neighbours, settings.deviations)
-        kept = np.sort(np.asarray(indices, dtype=np.int64))
-    removed = np.delete(merged[:, :3], kept, axis=0)
+        distances, _ = cKDTree(points).query(points, settings.neighbours + 1, workers=get_num_threads())
+        apart = distances[:, 1:].mean(axis=1)  # the nearest is the point itself
+        kept = apart <= apart.mean() + settings.deviations * apart.std()
     colors = np.rint(merged[kept, 3:6]).astype(np.uint8) if merged.shape[1] >= 6 else None
-    return Model(method, merged[kept, :3].astype(np.float32), colors, removed.astype(np.float32))
+    return Model(method, points[kept].astype(np.float32), colors, points[~kept].astype(np.float32))

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from processing.results.records import MethodResult, Model, PairEstimate, SessionResult, ViewEstimate
+from processing.results.records import MethodResult, PairEstimate, SessionResult, ViewEstimate
 from recorder import poses
+from recorder.sources import ply_file
 
 FORMAT_VERSION = 1
-_LIBRARIES = ("numpy", "scipy", "numba", "small_gicp", "open3d", "rerun-sdk", "mcap")
+_LIBRARIES = ("numpy", "scipy", "numba", "small_gicp", "rerun-sdk", "mcap")
 _ERROR_COLUMNS = ("translation_error_m", "rotation_error_chordal", "rotation_error_deg", "center_error_m")
 
 
@@ -80,7 +81,7 @@ def write_results(
         T_0 = {view: T_0_object @ truth[view] for view in result.views_used if view in truth}
         _write_trajectory(folder / "poses_truth.tum", result, T_0)
     if result.model is not None:
-        write_model(folder / "model.ply", result.model)
+        ply_file.write(folder / "model.ply", result.model.points, result.model.colors)
 
 
 def to_json(result: SessionResult, key: Mapping[str, Any], path: Path, damage: str | None) -> dict[str, Any]:
@@ -190,13 +191,3 @@ def _write_trajectory(path: Path, result: SessionResult, T_0: Mapping[int, np.nd
         if view in T_0
     ]
     path.write_text("".join(line + "\n" for line in lines), encoding="utf-8")
-
-
-def write_model(path: Path, model: Model) -> None:
-    """Write the model's points (and colours) as a binary PLY, metres, frame {0}."""
-    import open3d as o3d
-
-    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(model.points.astype(np.float64)))
-    if model.colors is not None:
-        cloud.colors = o3d.utility.Vector3dVector(model.colors / 255.0)
-    o3d.io.write_point_cloud(str(path), cloud)

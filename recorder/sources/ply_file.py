@@ -1,4 +1,4 @@
-"""PLY files -> points and colours."""
+"""PLY files <-> points and colours."""
 
 from itertools import islice
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import IO
 
 import numpy as np
 
-from recorder.sources.point_table import read_bytes, read_lines, split_fields
+from recorder.sources.point_table import RGB_FIELDS, read_bytes, read_lines, split_fields
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
@@ -37,6 +37,22 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
             else:
                 stream.seek(count * layout.itemsize, 1)
     raise ValueError("it declares no vertices")
+
+
+def write(path: Path, points: np.ndarray, colors: np.ndarray | None = None) -> None:
+    """Write points (N, 3) as float32, with colours (N, 3) uint8 where given; binary, little-endian."""
+    layout = np.dtype([(axis, "<f4") for axis in "xyz"])
+    if colors is not None:
+        layout = np.dtype(layout.descr + [(channel, "u1") for channel in RGB_FIELDS[0]])
+    table = np.empty(len(points), layout)
+    for i, axis in enumerate("xyz"):
+        table[axis] = points[:, i]
+    for i, channel in enumerate(RGB_FIELDS[0] if colors is not None else ()):
+        table[channel] = colors[:, i]
+    words = {"f": "float", "u": "uchar"}
+    fields = [f"property {words[layout[name].kind]} {name}" for name in layout.names]
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}", *fields, "end_header", ""]
+    path.write_bytes("\n".join(header).encode("ascii") + table.tobytes())
 
 
 def _read_header(stream: IO[bytes]) -> tuple[str, list[tuple[str, int, list[tuple[str, str | None]]]]]:

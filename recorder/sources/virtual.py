@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from recorder import objects, poses
-from recorder.exceptions import InvalidOption, UnreadableCloud
+from recorder.exceptions import InvalidOption, MissingLibrary, UnreadableCloud
 from recorder.objects.mesh import Mesh
 from recorder.session import DEFAULT_VIEWS, Session, SessionInfo, View
 
@@ -112,8 +113,7 @@ class _Orbit:
 
     def view(self, index: int) -> View:
         """What the camera sees from its place on the circle."""
-        import open3d as o3d
-
+        o3d = _open3d()
         T_object_camera = self.pose(index)
         pixels = (np.arange(-self.half_image, self.half_image) + 0.5) / self.focal
         x, y = (grid.ravel() for grid in np.meshgrid(pixels, pixels))
@@ -148,12 +148,23 @@ class _Orbit:
 
     @cached_property
     def _scene(self) -> RaycastingScene:
-        import open3d as o3d
-
+        o3d = _open3d()
         scene = o3d.t.geometry.RaycastingScene()
         vertices, triangles = self.mesh.vertices.astype(np.float32), self.mesh.triangles.astype(np.uint32)
         scene.add_triangles(o3d.core.Tensor(vertices), o3d.core.Tensor(triangles))
         return scene
+
+
+def _open3d() -> ModuleType:
+    """Open3D, imported late: it takes a second, and system libraries that a bare machine may lack."""
+    try:
+        import open3d
+    except (ImportError, OSError) as error:
+        problem = f"cannot be loaded ({str(error).splitlines()[0]})"
+        raise MissingLibrary(
+            "open3d", problem, "install what is missing (Debian: libusb-1.0-0 libgl1 libgomp1)"
+        ) from None
+    return open3d
 
 
 def _name(index: int) -> str:
@@ -197,8 +208,7 @@ def _check_options(
 
 def _read_mesh(path: Path) -> Mesh:
     """The triangles of a mesh file; raises UnreadableCloud."""
-    import open3d as o3d
-
+    o3d = _open3d()
     remedy = "name a mesh file (STL, OBJ, PLY, OFF, GLB) or one of " + ", ".join(objects.names())
     if not path.is_file():
         raise UnreadableCloud(path, "is a folder" if path.is_dir() else "no such file", remedy)

@@ -222,6 +222,7 @@ def test_check_of_a_cut_recording(orbitscan, recording):
     assert out.startswith("problem: the file is cut or damaged at its end; record the session again\nproblem: views ")
 
 
+@pytest.mark.usefixtures("open3d")
 def test_simulate_records_an_object(orbitscan, tmp_path):
     status, out, err = orbitscan("simulate", "coffee_mug", "-o", "mug.mcap", "--views", "4", "--focal", "300")
     assert (status, err) == (0, "")

@@ -2,7 +2,6 @@ import math
 from pathlib import Path
 
 import numpy as np
-import open3d as o3d
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -12,6 +11,8 @@ from recorder.exceptions import InvalidOption, UnreadableCloud
 from recorder.objects.mesh import Mesh
 from recorder.objects.solids import box
 from recorder.sources.virtual import simulate
+
+o3d = pytest.importorskip("open3d", reason="Open3D does not load here", exc_type=(ImportError, OSError))
 
 
 def write_mesh(path: Path, mesh: Mesh) -> str:

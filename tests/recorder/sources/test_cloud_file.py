@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from recorder.exceptions import UnreadableCloud
-from recorder.sources import cloud_file
+from recorder.sources import cloud_file, ply_file
 
 POINTS = np.array([[0.5, -1.25, 2], [np.nan, np.nan, np.nan], [1e-3, 2e-3, -3e-3], [7, 8, 9]], np.float32)
 COLORS = np.array([[0, 0, 0], [255, 255, 255], [1, 2, 3], [200, 100, 50]], np.uint8)
@@ -112,13 +112,12 @@ def test_pcd(tmp_path, data, kind, rgb, pad):
     assert_read(tmp_path / "a.pcd")
 
 
-def test_pcd_as_open3d_compresses_it(tmp_path):
-    o3d = pytest.importorskip("open3d")
+def test_pcd_as_open3d_compresses_it(open3d, tmp_path):
     rng = np.random.default_rng(0)
     points = np.round(rng.normal(size=(3000, 3)), 1)  # repeats, so that there is something to compress
-    made = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
-    made.colors = o3d.utility.Vector3dVector(np.tile(COLORS, (750, 1)) / 255)
-    o3d.io.write_point_cloud(str(tmp_path / "a.pcd"), made, compressed=True)
+    made = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
+    made.colors = open3d.utility.Vector3dVector(np.tile(COLORS, (750, 1)) / 255)
+    open3d.io.write_point_cloud(str(tmp_path / "a.pcd"), made, compressed=True)
     found, colors = cloud_file.read(tmp_path / "a.pcd")
     np.testing.assert_array_equal(found, points.astype(np.float32))
     np.testing.assert_array_equal(colors, np.tile(COLORS, (750, 1)))
@@ -275,3 +274,11 @@ def test_real_scans_hold_what_they_declare(data):
     np.testing.assert_array_equal(colors[0], [214, 202, 208])
     points, _ = cloud_file.read(sorted((data / "lidarnet_v2/Car").glob("*.csv"))[0])
     np.testing.assert_allclose(points[0], [41.8929, -4.90469, 3.06172])
+
+
+@pytest.mark.parametrize("colors", [None, COLORS])
+def test_what_is_written_as_ply_is_read_again(tmp_path, colors):
+    ply_file.write(tmp_path / "cloud.ply", POINTS, colors)
+    points, read_colors = cloud_file.read(tmp_path / "cloud.ply")
+    assert np.array_equal(points, POINTS, equal_nan=True)
+    assert colors is None if read_colors is None else np.array_equal(read_colors, COLORS)
