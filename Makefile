@@ -8,7 +8,8 @@ endif
 .PHONY: demo test lint bench-pair picture clean
 
 demo: .venv/installed
-	$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
+	@$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
+	@echo "or: $(BIN)/rerun results/robot/review.rrd"
 
 test: .venv/installed-dev
 	$(BIN)/python -m pytest -n auto
@@ -28,10 +29,10 @@ clean:
 
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
+	$(BIN)/python -m pip install -qq --upgrade pip
+	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable .
 	touch $@
 
 .venv/installed-dev: .venv/installed
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .[dev]
+	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable .[dev]
 	touch $@

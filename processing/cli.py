@@ -138,7 +138,7 @@ def _print_errors(outcomes: list["Outcome"]) -> None:
         padding=(0, 1, 0, 0),
         pad_edge=False,
     )
-    table.add_column("session", overflow="fold")
+    table.add_column("session", overflow="fold", min_width=7)
     table.add_column("method", no_wrap=True)
     for column in _COLUMNS:
         table.add_column(Text(column), justify="right", no_wrap=True)  # Text: [mm] is no markup
