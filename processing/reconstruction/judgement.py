@@ -20,6 +20,9 @@ class JudgementSettings:
     max_residual: float = 0.65  # multiples of the working resolution, besides the noise of both views: samplings of
     # one surface stay below half, surfaces that merely cross within the gate come to one
     min_score: float = 0.25  # below, a start is not worth refining, nor a pose believing
+    min_observability: float = (
+        0.002  # shapes of revolution stay ten times below, a cap with its brim is four times above
+    )
     ambiguous_score: float = 0.95  # a runner-up with this share of the best score explains the views as well ...
     distinct_deg: float = 5.0  # ... if it is another pose: turned by more than this ...
     distinct_shift: float = 0.05  # ... or moved by more than this share of the diameter
@@ -32,6 +35,7 @@ class Judgement:
     overlap: float  # share of the smaller working cloud that lies on the other, 0 to 1
     rmse: float  # distance of the overlapping points along the normal [m]
     score: float  # overlap, each point weighed by how well it fits, 0 to 1
+    observability: float  # how firmly the overlap holds its weakest motion, 0 to 1; see `observability`
 
 
 def judge(
@@ -55,10 +59,11 @@ def judge(
     near = np.isfinite(distance)
     partner = nearest[near]
     normals = target.normals[partner]
-    facing = np.einsum("ni,ni->n", source.normals[chosen][near] @ T_target_source[:3, :3].T, normals)
+    turned = poses.transform(poses.make(T_target_source[:3, :3], np.zeros(3)), source.normals[chosen][near])
+    facing = np.einsum("ni,ni->n", turned, normals)
     overlapping = facing > settings.normal_cosine  # false where either normal is NaN
     if not overlapping.any():
-        return Judgement(0.0, 0.0, 0.0)
+        return Judgement(0.0, 0.0, 0.0, 0.0)
     offset = moved[near] - target.working[partner]
     residual = np.einsum("ni,ni->n", offset, normals)[overlapping]
     smaller = len(working) * min(1.0, len(target.working) / len(source.working))
@@ -67,7 +72,23 @@ def judge(
         overlap=min(1.0, len(residual) / smaller),
         rmse=float(np.sqrt(np.mean(residual**2))),
         score=min(1.0, float(fitting.sum()) / smaller),
+        observability=observability(moved[near][overlapping], turned[overlapping], normals[overlapping]),
     )
+
+
+def observability(points: np.ndarray, normals: np.ndarray, partners: np.ndarray) -> float:
+    """The smallest eigenvalue of the mean point-to-plane information of overlapping points (N, 3), unit motions.
+
+    Rotations are about the centroid, their lengths in root mean square radii. The normals (N, 3) of one view are paired
+    with those of the other: their noise is independent and averages out, where squaring one view's would add it. Near
+    zero, some motion slides the surfaces along each other: a turn about the axis of a shape of revolution, say.
+    """
+    arms = points - points.mean(axis=0)
+    arms /= max(np.sqrt((arms**2).sum(axis=1).mean()), 1e-12)
+    one = np.hstack([np.cross(arms, normals), normals])
+    other = np.hstack([np.cross(arms, partners), partners])
+    information = np.einsum("ni,nj->ij", one, other) / len(points)
+    return float(np.linalg.eigvalsh((information + information.T) / 2)[0])
 
 
 def allowed_residual(scale: Scale, settings: JudgementSettings) -> float:
@@ -76,11 +97,13 @@ def allowed_residual(scale: Scale, settings: JudgementSettings) -> float:
 
 
 def status_of(judgement: Judgement, scale: Scale, settings: JudgementSettings) -> str:
-    """`ok`, `low_overlap`, or `diverged` where the overlapping surfaces lie apart."""
+    """`ok`, `low_overlap`, `diverged` where the overlapping surfaces lie apart, `ambiguous` where they can slide."""
     if judgement.overlap < settings.min_overlap:
         return "low_overlap"
     fits = judgement.rmse <= allowed_residual(scale, settings) and judgement.score >= settings.min_score
-    return "ok" if fits else "diverged"
+    if not fits:
+        return "diverged"
+    return "ok" if judgement.observability >= settings.min_observability else "ambiguous"
 
 
 def distinct(T_a: np.ndarray, T_b: np.ndarray, center: np.ndarray, scale: Scale, settings: JudgementSettings) -> bool:

@@ -170,7 +170,13 @@ def _feature_evidence(source: Prepared, matches: int, consensus: Consensus | Non
 
 
 def _evidence(source: Prepared, found: Judgement, features: dict[str, float | int]) -> Evidence:
-    return Evidence(points=len(source.surface.working), rmse_m=found.rmse, overlap=found.overlap, **features)
+    return Evidence(
+        points=len(source.surface.working),
+        rmse_m=found.rmse,
+        overlap=found.overlap,
+        observability=found.observability,
+        **features,
+    )
 
 
 def _why_no_consensus(source: Prepared, target: Prepared, matches: int) -> str:

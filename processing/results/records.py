@@ -23,6 +23,7 @@ class Evidence:
     inlier_ratio: float | None = None
     rmse_m: float | None = None  # of the overlapping points, along the surface's normal
     overlap: float | None = None  # share of the smaller view that lies on the other
+    observability: float | None = None  # how firmly the overlap holds its weakest motion; near 0 it slides
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,7 @@ SHARES = {
 }
 EVIDENCE = SHARES | {
     "rmse_m": "Residual of the overlap, RMS [m]",
+    "observability": "How firmly the overlap holds its weakest motion",
     "inliers": "Inliers",
     "matches": "Matches",
     "valid_frames": "Keypoints with a reference frame",

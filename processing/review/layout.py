@@ -132,9 +132,9 @@ def _errors() -> rrb.Grid:
 
 
 def _evidence(methods: Sequence[str]) -> rrb.Grid:
-    shown = ["overlap", "rmse_m", "confidence"]
+    shown = ["overlap", "rmse_m", "observability", "confidence"]
     if set(methods) != {"icp"}:  # which matches nothing
-        shown += ["inlier_ratio", "inliers", "matches"]
+        shown += ["inlier_ratio", "matches"]
     plots = []
     for quantity in shown:
         axis = rrb.ScalarAxis(range=(0.0, 1.05)) if quantity in SHARES else None

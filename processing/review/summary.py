@@ -8,7 +8,7 @@ import rerun as rr
 from processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult, ViewEstimate, ViewResult
 
 WORDS = {
-    "ambiguous": "several poses explain it equally well",
+    "ambiguous": "several poses explain it equally well, or its surface slides along the earlier view",
     "too_few_points": "too few points to register",
     "too_few_keypoints": "too little structure for keypoints",
     "too_few_matches": "too few descriptors match",
