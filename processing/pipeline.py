@@ -4,7 +4,7 @@ Views come without poses, and ground truth never enters here: `errors.with_error
 """
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 
 import numpy as np
@@ -15,7 +15,7 @@ from processing.reconstruction.matching import match
 from processing.reconstruction.model import build_model
 from processing.reconstruction.pair import Prepared, register_competing, register_consensus, register_icp
 from processing.reconstruction.ransac import Consensus, estimate_pose
-from processing.reconstruction.trajectory import Trajectory
+from processing.reconstruction.trajectory import Placed, Trajectory
 from processing.results.records import METHODS, Correspondences, PairEstimate, SessionResult, ViewRecord, ViewResult
 from processing.settings import Settings
 from processing.surface import Scale, Surface, choose_scale, prepare
@@ -23,7 +23,9 @@ from processing.timing import Stopwatch, total
 from recorder.session import SessionInfo, Views
 
 _USE_FEATURES = ("ransac_icp", "pairwise")
-_RANSAC = 4  # names the step's random stream
+_RANSAC = 4  # the thesis's number of the step that draws at random, part of its generator's seed
+
+Match = tuple[Correspondences, Consensus | None]
 
 
 def process(
@@ -36,7 +38,7 @@ def process(
     started = time.perf_counter()
     settings = settings or Settings()
     scale = choose_scale(views, settings.surface)
-    trajectories = {method: Trajectory() for method in methods}
+    trajectories = {method: Trajectory(retries=method == "pairwise") for method in methods}
     sharing = [method for method in methods if method in _USE_FEATURES]
     records: list[ViewRecord] = []
     origin = None
@@ -47,17 +49,14 @@ def process(
         current = _describe(surface, scale, settings, watch, sharing)
         poses, pairs, found = {}, {}, {}
         for method, trajectory in trajectories.items():
-            target = trajectory.last
             if not surface.enough:
                 poses[method] = trajectory.skip(view.index, "unreadable" if view.damage else "too_few_points")
-            elif target is None:
+            elif trajectory.last is None:
                 origin = view.index
                 poses[method] = trajectory.start(current)
             else:
-                if method in sharing and target not in found:
-                    found[target] = _correspond(current, target, scale, settings, seed, watch, sharing)
-                pairs[method] = _register(method, current, target, found.get(target), scale, settings, watch)
-                poses[method] = trajectory.extend(current, pairs[method])
+                pairs[method], target = _attach(method, current, trajectories, found, scale, settings, seed, watch)
+                poses[method] = trajectory.extend(current, pairs[method], target)  # (4.17)
         correspondences = [matches for matches, _ in found.values()]
         result = ViewResult(
             view=view.index,
@@ -109,6 +108,29 @@ def _describe(surface: Surface, scale: Scale, settings: Settings, watch: Stopwat
     return Prepared(surface, keypoints, descriptors, how)
 
 
+def _attach(
+    method: str,
+    source: Prepared,
+    trajectories: Mapping[str, Trajectory],
+    found: dict[Prepared, Match],
+    scale: Scale,
+    settings: Settings,
+    seed: int,
+    watch: Stopwatch,
+) -> tuple[PairEstimate, Placed]:
+    """Steps 3 to 5: the view registered to the first of a method's targets that it fits, else to the likeliest."""
+    attempts = []
+    for target in trajectories[method].targets:
+        if method in _USE_FEATURES and target.prepared not in found:
+            users = [m for m, t in trajectories.items() if m in _USE_FEATURES and t.aims_at(target)]
+            found[target.prepared] = _correspond(source, target.prepared, scale, settings, seed, watch, users)
+        pair = _register(method, source, target.prepared, found.get(target.prepared), scale, settings, watch)
+        attempts.append((pair, target))
+        if pair.status == "ok":
+            break
+    return max(attempts, key=lambda attempt: (attempt[0].status == "ok", attempt[0].confidence))
+
+
 def _correspond(
     source: Prepared,
     target: Prepared,
@@ -117,7 +139,7 @@ def _correspond(
     seed: int,
     watch: Stopwatch,
     methods: Sequence[str],
-) -> tuple[Correspondences, Consensus | None]:
+) -> Match:
     """Steps 3 and 4: matched descriptors, and the pose most of them agree on."""
     with watch("matching", *methods):
         matches = match(source.descriptors, target.descriptors, settings.matching)
@@ -135,7 +157,7 @@ def _register(
     method: str,
     source: Prepared,
     target: Prepared,
-    found: tuple[Correspondences, Consensus | None] | None,
+    found: Match | None,
     scale: Scale,
     settings: Settings,
     watch: Stopwatch,

@@ -68,29 +68,43 @@ def _saliency(
 ) -> np.ndarray:
     saliency = np.zeros(len(points))
     for i in prange(len(points)):
-        rows = np.empty((9, 2), np.int64)
-        p = points[i]
-        rows_around(keys, low, cell, p, rows)
-        count = 0
-        sxx = sxy = sxz = syy = syz = szz = 0.0
-        for r in range(9):
-            for j in range(rows[r, 0], rows[r, 1]):
-                x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
-                if x * x + y * y + z * z < radius * radius:
-                    count += 1
-                    sxx += x * x
-                    sxy += x * y
-                    sxz += x * z
-                    syy += y * y
-                    syz += y * z
-                    szz += z * z
-        if count < min_neighbours:
-            continue
-        S = np.array([[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]])
-        e3, e2, e1 = symmetric_eigen(S, np.empty((3, 3)))
-        if e3 > 0.0 and e2 < gamma_21 * e1 and e3 < gamma_32 * e2:
-            saliency[i] = e3
+        saliency[i] = _saliency_at(points, keys, low, cell, i, radius, gamma_21, gamma_32, min_neighbours)
     return saliency
+
+
+@njit(cache=True)
+def _saliency_at(
+    points: np.ndarray,
+    keys: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    i: int,
+    radius: float,
+    gamma_21: float,
+    gamma_32: float,
+    min_neighbours: int,
+) -> float:
+    rows = np.empty((9, 2), np.int64)
+    p = points[i]
+    rows_around(keys, low, cell, p, rows)
+    count = 0
+    sxx = sxy = sxz = syy = syz = szz = 0.0
+    for r in range(9):
+        for j in range(rows[r, 0], rows[r, 1]):
+            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            if x * x + y * y + z * z < radius * radius:
+                count += 1
+                sxx += x * x
+                sxy += x * y
+                sxz += x * z
+                syy += y * y
+                syz += y * z
+                szz += z * z
+    if count < min_neighbours:
+        return 0.0
+    S = np.array([[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]])
+    e3, e2, e1 = symmetric_eigen(S, np.empty((3, 3)))
+    return e3 if e3 > 0.0 and e2 < gamma_21 * e1 and e3 < gamma_32 * e2 else 0.0
 
 
 @njit(parallel=True, cache=True)
@@ -106,18 +120,30 @@ def _is_largest(
     """Non-maximum suppression: which points are the most salient of their ball."""
     largest = np.zeros(len(points), np.bool_)
     for i in prange(len(points)):
-        if saliency[i] <= 0.0:
-            continue
-        rows = np.empty((9, 2), np.int64)
-        p = points[i]
-        rows_around(keys, low, cell, p, rows)
-        count = 0
-        beaten = False
-        for r in range(9):
-            for j in range(rows[r, 0], rows[r, 1]):
-                x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
-                if x * x + y * y + z * z < radius * radius:
-                    count += 1
-                    beaten |= saliency[j] > saliency[i]
-        largest[i] = not beaten and count >= min_neighbours
+        largest[i] = saliency[i] > 0.0 and _is_largest_at(points, keys, low, cell, i, radius, saliency, min_neighbours)
     return largest
+
+
+@njit(cache=True)
+def _is_largest_at(
+    points: np.ndarray,
+    keys: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    i: int,
+    radius: float,
+    saliency: np.ndarray,
+    min_neighbours: int,
+) -> bool:
+    rows = np.empty((9, 2), np.int64)
+    p = points[i]
+    rows_around(keys, low, cell, p, rows)
+    count = 0
+    for r in range(9):
+        for j in range(rows[r, 0], rows[r, 1]):
+            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            if x * x + y * y + z * z < radius * radius:
+                if saliency[j] > saliency[i]:
+                    return False
+                count += 1
+    return count >= min_neighbours

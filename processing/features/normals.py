@@ -35,37 +35,53 @@ def _normals(
 ) -> np.ndarray:
     normals = np.empty_like(points)
     for i in prange(len(points)):
-        rows = np.empty((9, 2), np.int64)
-        p = points[i]
-        rows_around(keys, low, cell, p, rows)
-        count = 0
-        sx = sy = sz = sxx = sxy = sxz = syy = syz = szz = 0.0
-        for r in range(9):
-            for j in range(rows[r, 0], rows[r, 1]):
-                x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
-                if x * x + y * y + z * z < radius * radius:
-                    count += 1
-                    sx += x
-                    sy += y
-                    sz += z
-                    sxx += x * x
-                    sxy += x * y
-                    sxz += x * z
-                    syy += y * y
-                    syz += y * z
-                    szz += z * z
-        if count < MIN_NEIGHBOURS:
-            normals[i] = np.nan
-            continue
-        cxx, cyy, czz = sxx - sx * sx / count, syy - sy * sy / count, szz - sz * sz / count
-        cxy, cxz, cyz = sxy - sx * sy / count, sxz - sx * sz / count, syz - sy * sz / count
-        C = np.array([[cxx, cxy, cxz], [cxy, cyy, cyz], [cxz, cyz, czz]])
-        vectors = np.empty((3, 3))
-        symmetric_eigen(C, vectors)
-        facing = 0.0
-        for k in range(3):
-            facing += vectors[k, 0] * (towards[k] - p[k])
-        flip = (facing < 0.0) != away
-        for k in range(3):
-            normals[i, k] = -vectors[k, 0] if flip else vectors[k, 0]
+        _fill_normal(points, keys, low, cell, i, radius, towards, away, normals[i])
     return normals
+
+
+@njit(cache=True)
+def _fill_normal(
+    points: np.ndarray,
+    keys: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    i: int,
+    radius: float,
+    towards: np.ndarray,
+    away: bool,
+    normal: np.ndarray,
+) -> None:
+    """Fill the normal (3,) of point i."""
+    rows = np.empty((9, 2), np.int64)
+    p = points[i]
+    rows_around(keys, low, cell, p, rows)
+    count = 0
+    sx = sy = sz = sxx = sxy = sxz = syy = syz = szz = 0.0
+    for r in range(9):
+        for j in range(rows[r, 0], rows[r, 1]):
+            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            if x * x + y * y + z * z < radius * radius:
+                count += 1
+                sx += x
+                sy += y
+                sz += z
+                sxx += x * x
+                sxy += x * y
+                sxz += x * z
+                syy += y * y
+                syz += y * z
+                szz += z * z
+    if count < MIN_NEIGHBOURS:
+        normal[:] = np.nan
+        return
+    cxx, cyy, czz = sxx - sx * sx / count, syy - sy * sy / count, szz - sz * sz / count
+    cxy, cxz, cyz = sxy - sx * sy / count, sxz - sx * sz / count, syz - sy * sz / count
+    C = np.array([[cxx, cxy, cxz], [cxy, cyy, cyz], [cxz, cyz, czz]])
+    vectors = np.empty((3, 3))
+    symmetric_eigen(C, vectors)
+    facing = 0.0
+    for k in range(3):
+        facing += vectors[k, 0] * (towards[k] - p[k])
+    flip = (facing < 0.0) != away
+    for k in range(3):
+        normal[k] = -vectors[k, 0] if flip else vectors[k, 0]

@@ -53,19 +53,34 @@ def _describe(
     descriptors = np.empty((len(keypoints), LENGTH), np.float32)
     frames = np.empty((len(keypoints), 3, 3))
     for i in prange(len(keypoints)):
-        indices, offsets = _neighbours(points, keys, low, cell, keypoints[i], radius)
-        frame = frames[i]
-        if len(indices) < _MIN_FRAME_NEIGHBOURS:
-            frame[:] = np.nan
-            descriptors[i] = np.nan
-            continue
-        _fill_frame(offsets, radius, frame)
-        histogram = np.zeros(LENGTH)
-        _fill_histogram(normals, indices, offsets, radius, frame, histogram)
-        norm = np.sqrt((histogram * histogram).sum())
-        for k in range(LENGTH):
-            descriptors[i, k] = histogram[k] / norm if norm > 0.0 else 0.0
+        _describe_one(points, keys, low, cell, normals, keypoints[i], radius, frames[i], descriptors[i])
     return descriptors, frames
+
+
+@njit(cache=True)
+def _describe_one(
+    points: np.ndarray,
+    keys: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    normals: np.ndarray,
+    keypoint: np.ndarray,
+    radius: float,
+    frame: np.ndarray,
+    descriptor: np.ndarray,
+) -> None:
+    """Fill the frame (3, 3) and the descriptor (352,) of a keypoint."""
+    indices, offsets = _neighbours(points, keys, low, cell, keypoint, radius)
+    if len(indices) < _MIN_FRAME_NEIGHBOURS:
+        frame[:] = np.nan
+        descriptor[:] = np.nan
+        return
+    _fill_frame(offsets, radius, frame)
+    histogram = np.zeros(LENGTH)
+    _fill_histogram(normals, indices, offsets, radius, frame, histogram)
+    norm = np.sqrt((histogram * histogram).sum())
+    for k in range(LENGTH):
+        descriptor[k] = histogram[k] / norm if norm > 0.0 else 0.0
 
 
 @njit(cache=True)
@@ -130,11 +145,11 @@ def _majority_points_back(offsets: np.ndarray, axis: np.ndarray) -> bool:
         ahead += x * axis[0] + y * axis[1] + z * axis[2] >= 0.0
     if 2 * ahead != count:
         return 2 * ahead < count
-    order = np.argsort(offsets[:, 3])
     ahead = 0
-    for k in range(max(0, count // 2 - 2), min(count, count // 2 + 3)):
-        x, y, z, _ = offsets[order[k]]
-        ahead += x * axis[0] + y * axis[1] + z * axis[2] > 0.0
+    for x, y, z, distance in offsets:
+        rank = (offsets[:, 3] < distance).sum()
+        if abs(rank - count // 2) <= 2:
+            ahead += x * axis[0] + y * axis[1] + z * axis[2] > 0.0
     return ahead < 3
 
 

@@ -23,7 +23,8 @@ class JudgementSettings:
     min_observability: float = (
         0.002  # shapes of revolution stay ten times below, a cap with its brim is four times above
     )
-    ambiguous_score: float = 0.95  # a runner-up with this share of the best score explains the views as well ...
+    rival_score: float = 0.9  # a start that comes so near to the best is refined on all points too
+    ambiguous_score: float = 0.98  # a runner-up with this share of the best score explains the views as well ...
     distinct_deg: float = 5.0  # ... if it is another pose: turned by more than this ...
     distinct_shift: float = 0.05  # ... or moved by more than this share of the diameter
 

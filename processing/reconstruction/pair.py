@@ -84,26 +84,36 @@ def register_competing(
     starts = {"identity": np.eye(4)}
     if consensus is not None:
         starts["consensus"] = consensus.T_target_source
-    w, how = scale.working, settings.refinement
+    w, how, belief = scale.working, settings.refinement, settings.judgement
     trials = []
     for start, T in starts.items():
         refined = refinement.generalized_icp(
             source.coarse, target.fine, T, how.coarse_gate * w, how.coarse_iterations, how.coarse_still
         )
-        trials.append((start, refined, _judge(refined.T_target_source, source, target, scale, settings, source.few)))
+        found = _judge(refined.T_target_source, source, target, scale, settings, source.few)
+        trials.append((start, refined, found))
     trials.sort(key=lambda trial: -trial[2].score)
-    _, best, found = trials[0]
-    if found.score >= settings.judgement.min_score:  # where surfaces hardly meet there is nothing to refine on
-        best = refinement.generalized_icp(
-            source.fine, target.fine, best.T_target_source, how.fine_gate * w, how.fine_iterations, how.fine_still
-        )
-        found = _judge(best.T_target_source, source, target, scale, settings)
-    status = judgement.status_of(found, scale, settings.judgement)
-    rivals = [
-        judged.score for _, refined, judged in trials[1:] if _distinct(refined, best, source, scale, settings.judgement)
-    ]
-    rival = max(rivals, default=0.0)
-    if status == "ok" and rival > settings.judgement.ambiguous_score * found.score:
+    finals: list[tuple[Refined, Judgement]] = []
+    for _, refined, found in trials:
+        if any(not _distinct(refined, other, source, scale, belief) for other, _ in finals):
+            continue  # ends where a better start ended
+        if finals and found.score < belief.rival_score * trials[0][2].score:
+            break
+        if found.score >= belief.min_score:  # where surfaces hardly meet there is nothing to refine on
+            refined = refinement.generalized_icp(
+                source.fine,
+                target.fine,
+                refined.T_target_source,
+                how.fine_gate * w,
+                how.fine_iterations,
+                how.fine_still,
+            )
+        finals.append((refined, _judge(refined.T_target_source, source, target, scale, settings)))
+    finals.sort(key=lambda final: -final[1].score)
+    best, found = finals[0]
+    rival = max((j.score for r, j in finals[1:] if _distinct(r, best, source, scale, belief)), default=0.0)
+    status = judgement.status_of(found, scale, belief)
+    if status == "ok" and rival > belief.ambiguous_score * found.score:
         status = "ambiguous"
     return PairEstimate(
         source.surface.view,
@@ -111,10 +121,9 @@ def register_competing(
         best.T_target_source,
         status,
         judgement.confidence(found, rival),
-        _evidence(source, found, _feature_evidence(source, matches, consensus)),
+        _evidence(source, best, found, _feature_evidence(source, matches, consensus)),
         tuple(
-            Candidate(start, judgement.status_of(judged, scale, settings.judgement), judged.score)
-            for start, _, judged in trials
+            Candidate(start, judgement.status_of(judged, scale, belief), judged.score) for start, _, judged in trials
         ),
     )
 
@@ -138,7 +147,7 @@ def _point_to_point(
         refined.T_target_source,
         judgement.status_of(found, scale, settings.judgement),
         judgement.confidence(found, 0.0),
-        _evidence(source, found, features),
+        _evidence(source, refined, found, features),
     )
 
 
@@ -169,10 +178,11 @@ def _feature_evidence(source: Prepared, matches: int, consensus: Consensus | Non
     }
 
 
-def _evidence(source: Prepared, found: Judgement, features: dict[str, float | int]) -> Evidence:
+def _evidence(source: Prepared, refined: Refined, found: Judgement, features: dict[str, float | int]) -> Evidence:
     return Evidence(
         points=len(source.surface.working),
-        rmse_m=found.rmse,
+        converged=refined.converged,
+        rmse_m=found.rmse if found.overlap > 0 else None,
         overlap=found.overlap,
         observability=found.observability,
         **features,

@@ -8,21 +8,40 @@ from processing.reconstruction.pair import Prepared
 from processing.results.records import MethodResult, PairEstimate, ViewEstimate, summarize
 
 
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A view with a pose, that others can be registered to."""
+
+    prepared: Prepared
+    T_0_i: np.ndarray
+    connected: bool  # whether pairs that are all ok lead from it to the origin
+
+
 @dataclass
 class Trajectory:
     """Where a method has placed the views so far, in the frame {0} of the first one with points enough."""
 
+    retries: bool = False  # whether a view is tried on the last connected view before the last one
     views: list[ViewEstimate] = field(default_factory=list)
     pairs: list[PairEstimate] = field(default_factory=list)
-    last: Prepared | None = None  # the last view that has a pose: the next one's target
-    T_0_last: np.ndarray = field(default_factory=lambda: np.eye(4))
-    connected: bool = True  # whether pairs that are all ok lead from the last view to the origin
+    last: Placed | None = None  # the last view that has a pose
+    anchor: Placed | None = None  # the last one that is connected
+
+    @property
+    def targets(self) -> list[Placed]:
+        """What the next view is registered to, in order, until a pair is ok."""
+        tried = (self.anchor, self.last) if self.retries else (self.last,)
+        return list(dict.fromkeys(target for target in tried if target is not None))
+
+    def aims_at(self, target: Placed) -> bool:
+        """Whether a view is among the targets."""
+        return any(own.prepared is target.prepared for own in self.targets)
 
     def start(self, prepared: Prepared) -> ViewEstimate:
         """Make a view the origin: T_0_0 = I."""
         return self._add(prepared, "ok", np.eye(4))
 
-    def extend(self, prepared: Prepared, pair: PairEstimate) -> ViewEstimate:
+    def extend(self, prepared: Prepared, pair: PairEstimate, target: Placed) -> ViewEstimate:
         """Place a view by its pair: T_0_i = T_0_target T_target_i; without an estimate it has no pose.
 
         The view's status is the pair's; `not_connected` where the pair is ok but hangs on one that is not.
@@ -30,9 +49,8 @@ class Trajectory:
         self.pairs.append(pair)
         if pair.T_target_source is None:
             return self.skip(pair.source, pair.status)
-        status = pair.status if pair.status != "ok" or self.connected else "not_connected"
-        self.connected = status == "ok"
-        return self._add(prepared, status, self.T_0_last @ pair.T_target_source)
+        status = pair.status if pair.status != "ok" or target.connected else "not_connected"
+        return self._add(prepared, status, target.T_0_i @ pair.T_target_source)
 
     def skip(self, view: int, status: str) -> ViewEstimate:
         """Leave a view without a pose."""
@@ -49,6 +67,8 @@ class Trajectory:
         return MethodResult(views, tuple(self.pairs), summary=summarize(views, origin))
 
     def _add(self, prepared: Prepared, status: str, T_0_i: np.ndarray) -> ViewEstimate:
-        self.last, self.T_0_last = prepared, T_0_i
+        self.last = Placed(prepared, T_0_i, status == "ok")
+        if self.last.connected:
+            self.anchor = self.last
         self.views.append(ViewEstimate(prepared.surface.view, status, T_0_i))
         return self.views[-1]

@@ -21,6 +21,7 @@ class Evidence:
     matches: int | None = None
     inliers: int | None = None
     inlier_ratio: float | None = None
+    converged: bool | None = None  # whether the refinement came to rest within its iterations
     rmse_m: float | None = None  # of the overlapping points, along the surface's normal
     overlap: float | None = None  # share of the smaller view that lies on the other
     observability: float | None = None  # how firmly the overlap holds its weakest motion; near 0 it slides
