@@ -103,6 +103,8 @@ def process_recording(path: Path, job: Job) -> Outcome:
         known = read_key(folder)
         if known == key and not job.overwrite:
             return _finished(path, folder, "already done")
+        if folder.exists() and known is None:
+            raise UnwritableOutput(folder, "exists and holds no results", "move it, or choose another place with -o")
         shutil.rmtree(part, ignore_errors=True)
         part.mkdir(parents=True)
         _process_session(session, path, part, key, job)
