@@ -1,13 +1,14 @@
 """Eigenvalues and eigenvectors of a symmetric 3x3 matrix inside numba kernels."""
 
 import numpy as np
-from numba import njit
+
+from processing.features.parallel import kernel
 
 _SWEEPS = 12  # Jacobi's method converges quadratically; four or five are usual
 _NEGLIGIBLE = 1e-17  # off the diagonal, as a share of the trace
 
 
-@njit(cache=True)
+@kernel
 def symmetric_eigen(A: np.ndarray, vectors: np.ndarray) -> tuple[float, float, float]:
     """Eigenvalues, ascending, of A (3, 3), which is overwritten; the unit eigenvectors become the columns of vectors.
 

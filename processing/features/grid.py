@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from processing.features.parallel import kernel
 
 _SPREAD = 1 << 20  # cells along an axis, at most: three coordinates fit one int64 key
 
@@ -41,7 +42,7 @@ def cell_means(points: np.ndarray, cell: float, attributes: np.ndarray | None = 
     return np.add.reduceat(rows, starts, axis=0) / np.diff(starts, append=len(rows))[:, None]
 
 
-@njit(cache=True, inline="always")
+@kernel
 def first_at_least(keys: np.ndarray, key: int) -> int:
     """The first position whose key is not smaller."""
     low, high = 0, len(keys)
@@ -54,7 +55,7 @@ def first_at_least(keys: np.ndarray, key: int) -> int:
     return low
 
 
-@njit(cache=True)
+@kernel
 def rows_around(keys: np.ndarray, low: np.ndarray, cell: float, point: np.ndarray, rows: np.ndarray) -> None:
     """Fill rows (9, 2) with the slices [start, stop) of the sorted points in the 27 cells around a point."""
     x = int((point[0] - low[0]) / cell)

@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 
 from processing.features.eigen import symmetric_eigen
 from processing.features.grid import build, rows_around
+from processing.features.moments import moments_around
+from processing.features.parallel import kernel, over_slices
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,10 @@ def detect_keypoints(
     PCL computes it.
     """
     wide, narrow = build(points, salient_radius), build(points, non_max_radius)
-    saliency = np.empty(len(points))
-    saliency[wide.order] = _saliency(
+    salient, saliency = np.empty(len(points)), np.empty(len(points))
+    over_slices(
+        _saliency,
+        len(points),
         wide.points,
         wide.keys,
         wide.low,
@@ -40,8 +43,13 @@ def detect_keypoints(
         settings.gamma_21,
         settings.gamma_32,
         settings.min_neighbours,
+        salient,
     )
-    largest = _is_largest(
+    saliency[wide.order] = salient
+    largest = np.empty(len(points), np.bool_)
+    over_slices(
+        _is_largest,
+        len(points),
         narrow.points,
         narrow.keys,
         narrow.low,
@@ -49,14 +57,17 @@ def detect_keypoints(
         float(non_max_radius),
         saliency[narrow.order],
         settings.min_neighbours,
+        largest,
     )
     indices = narrow.order[largest]
     ranked = indices[np.lexsort((indices, -saliency[indices]))][: settings.at_most]
     return ranked, saliency[ranked]
 
 
-@njit(parallel=True, cache=True)
+@kernel
 def _saliency(
+    start: int,
+    stop: int,
     points: np.ndarray,
     keys: np.ndarray,
     low: np.ndarray,
@@ -65,50 +76,22 @@ def _saliency(
     gamma_21: float,
     gamma_32: float,
     min_neighbours: int,
-) -> np.ndarray:
-    saliency = np.zeros(len(points))
-    for i in prange(len(points)):
-        saliency[i] = _saliency_at(points, keys, low, cell, i, radius, gamma_21, gamma_32, min_neighbours)
-    return saliency
+    saliency: np.ndarray,
+) -> None:
+    """Fill saliency (N,) in [start, stop)."""
+    sums, S, vectors = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    for i in range(start, stop):
+        saliency[i] = 0.0
+        if moments_around(points, keys, low, cell, i, radius, sums, S) >= min_neighbours:
+            e3, e2, e1 = symmetric_eigen(S, vectors)
+            if e3 > 0.0 and e2 < gamma_21 * e1 and e3 < gamma_32 * e2:
+                saliency[i] = e3
 
 
-@njit(cache=True)
-def _saliency_at(
-    points: np.ndarray,
-    keys: np.ndarray,
-    low: np.ndarray,
-    cell: float,
-    i: int,
-    radius: float,
-    gamma_21: float,
-    gamma_32: float,
-    min_neighbours: int,
-) -> float:
-    rows = np.empty((9, 2), np.int64)
-    p = points[i]
-    rows_around(keys, low, cell, p, rows)
-    count = 0
-    sxx = sxy = sxz = syy = syz = szz = 0.0
-    for r in range(9):
-        for j in range(rows[r, 0], rows[r, 1]):
-            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
-            if x * x + y * y + z * z < radius * radius:
-                count += 1
-                sxx += x * x
-                sxy += x * y
-                sxz += x * z
-                syy += y * y
-                syz += y * z
-                szz += z * z
-    if count < min_neighbours:
-        return 0.0
-    S = np.array([[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]])
-    e3, e2, e1 = symmetric_eigen(S, np.empty((3, 3)))
-    return e3 if e3 > 0.0 and e2 < gamma_21 * e1 and e3 < gamma_32 * e2 else 0.0
-
-
-@njit(parallel=True, cache=True)
+@kernel
 def _is_largest(
+    start: int,
+    stop: int,
     points: np.ndarray,
     keys: np.ndarray,
     low: np.ndarray,
@@ -116,34 +99,28 @@ def _is_largest(
     radius: float,
     saliency: np.ndarray,
     min_neighbours: int,
-) -> np.ndarray:
-    """Non-maximum suppression: which points are the most salient of their ball."""
-    largest = np.zeros(len(points), np.bool_)
-    for i in prange(len(points)):
-        largest[i] = saliency[i] > 0.0 and _is_largest_at(points, keys, low, cell, i, radius, saliency, min_neighbours)
-    return largest
-
-
-@njit(cache=True)
-def _is_largest_at(
-    points: np.ndarray,
-    keys: np.ndarray,
-    low: np.ndarray,
-    cell: float,
-    i: int,
-    radius: float,
-    saliency: np.ndarray,
-    min_neighbours: int,
-) -> bool:
+    largest: np.ndarray,
+) -> None:
+    """Non-maximum suppression: fill largest (N,), which points are the most salient of their ball, in [start, stop)."""
     rows = np.empty((9, 2), np.int64)
-    p = points[i]
-    rows_around(keys, low, cell, p, rows)
+    for i in range(start, stop):
+        largest[i] = False
+        if saliency[i] <= 0.0:
+            continue
+        rows_around(keys, low, cell, points[i], rows)
+        largest[i] = _is_largest_at(points, i, radius, saliency, rows) >= min_neighbours
+
+
+@kernel
+def _is_largest_at(points: np.ndarray, i: int, radius: float, saliency: np.ndarray, rows: np.ndarray) -> int:
+    """How many points lie in the ball about point i; -1 where one of them is more salient."""
+    px, py, pz, own = points[i, 0], points[i, 1], points[i, 2], saliency[i]
     count = 0
     for r in range(9):
         for j in range(rows[r, 0], rows[r, 1]):
-            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            x, y, z = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
             if x * x + y * y + z * z < radius * radius:
-                if saliency[j] > saliency[i]:
-                    return False
+                if saliency[j] > own:
+                    return -1
                 count += 1
-    return count >= min_neighbours
+    return count

@@ -8,10 +8,10 @@ bin wraps modulo 10 as PCL's does.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 
 from processing.features.eigen import symmetric_eigen
 from processing.features.grid import build, rows_around
+from processing.features.parallel import kernel, over_slices
 
 LENGTH = 352
 _COSINE_STEPS = 10
@@ -37,11 +37,17 @@ def describe(
     grid = build(points, radius)
     sorted_normals = np.ascontiguousarray(normals[grid.order], dtype=np.float64)
     keypoints = np.ascontiguousarray(keypoints, dtype=np.float64)
-    return _describe(grid.points, grid.keys, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
+    descriptors = np.empty((len(keypoints), LENGTH), np.float32)
+    frames = np.empty((len(keypoints), 3, 3))
+    arguments = (grid.points, grid.keys, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
+    over_slices(_describe, len(keypoints), *arguments, frames, descriptors)
+    return descriptors, frames
 
 
-@njit(parallel=True, cache=True)
+@kernel
 def _describe(
+    start: int,
+    stop: int,
     points: np.ndarray,
     keys: np.ndarray,
     low: np.ndarray,
@@ -49,54 +55,47 @@ def _describe(
     normals: np.ndarray,
     keypoints: np.ndarray,
     radius: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    descriptors = np.empty((len(keypoints), LENGTH), np.float32)
-    frames = np.empty((len(keypoints), 3, 3))
-    for i in prange(len(keypoints)):
-        _describe_one(points, keys, low, cell, normals, keypoints[i], radius, frames[i], descriptors[i])
-    return descriptors, frames
-
-
-@njit(cache=True)
-def _describe_one(
-    points: np.ndarray,
-    keys: np.ndarray,
-    low: np.ndarray,
-    cell: float,
-    normals: np.ndarray,
-    keypoint: np.ndarray,
-    radius: float,
-    frame: np.ndarray,
-    descriptor: np.ndarray,
+    frames: np.ndarray,
+    descriptors: np.ndarray,
 ) -> None:
-    """Fill the frame (3, 3) and the descriptor (352,) of a keypoint."""
-    indices, offsets = _neighbours(points, keys, low, cell, keypoint, radius)
-    if len(indices) < _MIN_FRAME_NEIGHBOURS:
-        frame[:] = np.nan
-        descriptor[:] = np.nan
-        return
-    _fill_frame(offsets, radius, frame)
-    histogram = np.zeros(LENGTH)
-    _fill_histogram(normals, indices, offsets, radius, frame, histogram)
-    norm = np.sqrt((histogram * histogram).sum())
-    for k in range(LENGTH):
-        descriptor[k] = histogram[k] / norm if norm > 0.0 else 0.0
-
-
-@njit(cache=True)
-def _neighbours(
-    points: np.ndarray, keys: np.ndarray, low: np.ndarray, cell: float, p: np.ndarray, radius: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """(indices (n,), offsets from the keypoint with distances (n, 4)) of the points in the ball, itself left out."""
+    """Fill frames (K, 3, 3) and descriptors (K, 352) of the keypoints [start, stop)."""
     rows = np.empty((9, 2), np.int64)
-    rows_around(keys, low, cell, p, rows)
-    most = (rows[:, 1] - rows[:, 0]).sum()
-    indices = np.empty(most, np.int64)
-    offsets = np.empty((most, 4))
+    histogram = np.empty(LENGTH)
+    for i in range(start, stop):
+        rows_around(keys, low, cell, keypoints[i], rows)
+        most = 0
+        for r in range(9):
+            most += rows[r, 1] - rows[r, 0]
+        indices = np.empty(most, np.int64)
+        offsets = np.empty((most, 4))
+        count = _fill_neighbours(points, rows, keypoints[i], radius, indices, offsets)
+        if count < _MIN_FRAME_NEIGHBOURS:
+            frames[i] = np.nan
+            descriptors[i] = np.nan
+            continue
+        _fill_frame(offsets, count, radius, frames[i])
+        _fill_histogram(normals, indices, offsets, count, radius, frames[i], histogram)
+        squared = 0.0
+        for k in range(LENGTH):
+            squared += histogram[k] * histogram[k]
+        norm = np.sqrt(squared)
+        for k in range(LENGTH):
+            descriptors[i, k] = histogram[k] / norm if norm > 0.0 else 0.0
+
+
+@kernel
+def _fill_neighbours(
+    points: np.ndarray, rows: np.ndarray, p: np.ndarray, radius: float, indices: np.ndarray, offsets: np.ndarray
+) -> int:
+    """How many points of the rows lie in the ball, the keypoint p itself left out.
+
+    Fill indices (n,) and offsets (n, 4): from the keypoint, with the distance.
+    """
+    px, py, pz = p[0], p[1], p[2]
     count = 0
     for r in range(9):
         for j in range(rows[r, 0], rows[r, 1]):
-            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+            x, y, z = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
             squared = x * x + y * y + z * z
             if 0.0 < squared < radius * radius:
                 indices[count] = j
@@ -105,15 +104,16 @@ def _neighbours(
                 offsets[count, 2] = z
                 offsets[count, 3] = np.sqrt(squared)
                 count += 1
-    return indices[:count], offsets[:count]
+    return count
 
 
-@njit(cache=True)
-def _fill_frame(offsets: np.ndarray, radius: float, frame: np.ndarray) -> None:
+@kernel
+def _fill_frame(offsets: np.ndarray, count: int, radius: float, frame: np.ndarray) -> None:
     """Fill frame (rows x, y, z) from the distance-weighted covariance about the keypoint."""
     cxx = cxy = cxz = cyy = cyz = czz = total = 0.0
-    for x, y, z, distance in offsets:
-        weight = radius - distance
+    for i in range(count):
+        x, y, z = offsets[i, 0], offsets[i, 1], offsets[i, 2]
+        weight = radius - offsets[i, 3]
         total += weight
         cxx += weight * x * x
         cxy += weight * x * y
@@ -121,58 +121,63 @@ def _fill_frame(offsets: np.ndarray, radius: float, frame: np.ndarray) -> None:
         cyy += weight * y * y
         cyz += weight * y * z
         czz += weight * z * z
-    C = np.array([[cxx, cxy, cxz], [cxy, cyy, cyz], [cxz, cyz, czz]]) / total
-    vectors = np.empty((3, 3))
+    C, vectors = np.empty((3, 3)), np.empty((3, 3))
+    C[0, 0], C[0, 1], C[0, 2] = cxx / total, cxy / total, cxz / total
+    C[1, 0], C[1, 1], C[1, 2] = cxy / total, cyy / total, cyz / total
+    C[2, 0], C[2, 1], C[2, 2] = cxz / total, cyz / total, czz / total
     symmetric_eigen(C, vectors)
-    for k in range(3):
-        frame[0, k] = vectors[k, 2]
-        frame[2, k] = vectors[k, 0]
-    for axis in (0, 2):
-        if _majority_points_back(offsets, frame[axis]):
-            for k in range(3):
-                frame[axis, k] = -frame[axis, k]
+    for j in range(0, 3, 2):  # x, then z
+        back = _majority_points_back(offsets, count, vectors[0, 2 - j], vectors[1, 2 - j], vectors[2, 2 - j])
+        for k in range(3):
+            frame[j, k] = -vectors[k, 2 - j] if back else vectors[k, 2 - j]
     frame[1, 0] = frame[2, 1] * frame[0, 2] - frame[2, 2] * frame[0, 1]
     frame[1, 1] = frame[2, 2] * frame[0, 0] - frame[2, 0] * frame[0, 2]
     frame[1, 2] = frame[2, 0] * frame[0, 1] - frame[2, 1] * frame[0, 0]
 
 
-@njit(cache=True)
-def _majority_points_back(offsets: np.ndarray, axis: np.ndarray) -> bool:
+@kernel
+def _majority_points_back(offsets: np.ndarray, count: int, ax: float, ay: float, az: float) -> bool:
     """Whether most neighbours lie against the axis; on a tie, most of the five about the median distance."""
-    count = len(offsets)
     ahead = 0
-    for x, y, z, _ in offsets:
-        ahead += x * axis[0] + y * axis[1] + z * axis[2] >= 0.0
+    for i in range(count):
+        if offsets[i, 0] * ax + offsets[i, 1] * ay + offsets[i, 2] * az >= 0.0:
+            ahead += 1
     if 2 * ahead != count:
         return 2 * ahead < count
     ahead = 0
-    for x, y, z, distance in offsets:
-        rank = (offsets[:, 3] < distance).sum()
-        if abs(rank - count // 2) <= 2:
-            ahead += x * axis[0] + y * axis[1] + z * axis[2] > 0.0
+    for i in range(count):
+        rank = 0
+        for j in range(count):
+            if offsets[j, 3] < offsets[i, 3]:
+                rank += 1
+        if abs(rank - count // 2) <= 2 and offsets[i, 0] * ax + offsets[i, 1] * ay + offsets[i, 2] * az > 0.0:
+            ahead += 1
     return ahead < 3
 
 
-@njit(cache=True)
+@kernel
 def _fill_histogram(
     normals: np.ndarray,
     indices: np.ndarray,
     offsets: np.ndarray,
+    count: int,
     radius: float,
     frame: np.ndarray,
     histogram: np.ndarray,
 ) -> None:
-    """Add every neighbour to the histogram (352,)."""
+    """Fill the histogram (352,) with every neighbour."""
+    for k in range(LENGTH):
+        histogram[k] = 0.0
     half = radius / 2
-    for j in range(len(indices)):
-        normal = normals[indices[j]]
-        if np.isnan(normal[0]):
+    for j in range(count):
+        nx, ny, nz = normals[indices[j], 0], normals[indices[j], 1], normals[indices[j], 2]
+        if np.isnan(nx):
             continue
-        dx, dy, dz, distance = offsets[j]
+        dx, dy, dz, distance = offsets[j, 0], offsets[j, 1], offsets[j, 2], offsets[j, 3]
         x = dx * frame[0, 0] + dy * frame[0, 1] + dz * frame[0, 2]
         y = dx * frame[1, 0] + dy * frame[1, 1] + dz * frame[1, 2]
         z = dx * frame[2, 0] + dy * frame[2, 1] + dz * frame[2, 2]
-        cosine = normal[0] * frame[2, 0] + normal[1] * frame[2, 1] + normal[2] * frame[2, 2]
+        cosine = nx * frame[2, 0] + ny * frame[2, 1] + nz * frame[2, 2]
 
         position = (1.0 + min(1.0, max(-1.0, cosine))) * _COSINE_STEPS / 2
         step = int(np.floor(position + 0.5))
