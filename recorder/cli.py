@@ -125,7 +125,14 @@ def convert(
 
 
 def simulate(
-    what: Annotated[str, typer.Argument(metavar="OBJECT|MESH", help="robot, bin, coffee_mug, ... or a mesh file.")],
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar="OBJECT|MESH",
+            help="robot, bin, statue, helicopter, vacuum_cleaner, bowl, cap, coffee_mug, pliers, water_bottle "
+            "or a mesh file.",
+        ),
+    ],
     output: Output,
     instance: Annotated[int, typer.Option(help="Which one of the objects of this name.")] = 1,
     views: Annotated[int, typer.Option(help="Views in one turn.")] = 18,

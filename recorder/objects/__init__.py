@@ -7,10 +7,24 @@ per object builds it from a random generator; `build` places it in that frame.
 import numpy as np
 
 from recorder.exceptions import InvalidOption
-from recorder.objects import bin, coffee_mug, robot
+from recorder.objects import (
+    bin,
+    bowl,
+    cap,
+    coffee_mug,
+    helicopter,
+    pliers,
+    robot,
+    statue,
+    vacuum_cleaner,
+    water_bottle,
+)
 from recorder.objects.mesh import Mesh
 
-_BUILDERS = {"bin": bin.build, "coffee_mug": coffee_mug.build, "robot": robot.build}
+_BUILDERS = {
+    module.__name__.rpartition(".")[2]: module.build
+    for module in (bin, coffee_mug, robot, bowl, cap, helicopter, pliers, statue, vacuum_cleaner, water_bottle)
+}
 
 
 def names() -> tuple[str, ...]:

@@ -79,14 +79,21 @@ def ellipsoid(x: float, y: float, z: float, segments: int = 24) -> Mesh:
     return Mesh(sphere.vertices * (x, y, z), sphere.triangles)
 
 
-def sweep(outline: np.ndarray, path: np.ndarray, up: tuple[float, float, float] = (0, 0, 1)) -> Mesh:
-    """An outline (N, 2) drawn along a path (P, 3), its second axis kept as near to `up` as the path allows [m]."""
+def sweep(
+    outline: np.ndarray, path: np.ndarray, up: tuple[float, float, float] = (0, 0, 1), scales: np.ndarray | float = 1.0
+) -> Mesh:
+    """An outline (N, 2) drawn along a path (P, 3) [m], its second axis kept as near to `up` as the path allows.
+
+    It grows by `scales`: one factor, one per point of the path (P, 1) or one per point and axis of the outline (P, 2).
+    """
     path = np.asarray(path, dtype=np.float64)
+    scales = np.broadcast_to(scales, (len(path), 2))
     tangents = np.gradient(path, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     sections = []
-    for point, tangent in zip(path, tangents, strict=True):
+    for point, tangent, scale in zip(path, tangents, scales, strict=True):
         side = np.cross(up, tangent)
         side /= np.linalg.norm(side)
-        sections.append(point + outline[:, :1] * side + outline[:, 1:] * np.cross(tangent, side))
+        grown = scale * outline
+        sections.append(point + grown[:, :1] * side + grown[:, 1:] * np.cross(tangent, side))
     return loft(sections)

@@ -6,6 +6,7 @@ from scipy.spatial import cKDTree
 
 from recorder import objects
 from recorder.exceptions import InvalidOption
+from recorder.objects import bowl, water_bottle
 from recorder.objects.mesh import Mesh, merge
 from recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve, rounded_rectangle, sweep
 
@@ -13,7 +14,22 @@ SIZES = {  # metres: the least and the largest of every side of the bounding box
     "robot": ((0.30, 0.25, 0.34), (0.50, 0.40, 0.50)),
     "bin": ((0.22, 0.20, 0.30), (0.36, 0.27, 0.45)),
     "coffee_mug": ((0.06, 0.08, 0.08), (0.12, 0.15, 0.11)),
+    "bowl": ((0.12, 0.12, 0.045), (0.18, 0.18, 0.09)),
+    "cap": ((0.24, 0.145, 0.10), (0.29, 0.19, 0.14)),
+    "helicopter": ((0.36, 0.12, 0.18), (0.50, 0.42, 0.24)),
+    "pliers": ((0.13, 0.05, 0.012), (0.21, 0.12, 0.02)),
+    "statue": ((0.14, 0.22, 0.32), (0.25, 0.34, 0.50)),
+    "vacuum_cleaner": ((0.35, 0.23, 0.38), (0.50, 0.32, 0.50)),
+    "water_bottle": ((0.06, 0.06, 0.17), (0.085, 0.085, 0.28)),
 }
+TURNLESS = [  # and the least distance of its 20 farthest vertices from itself, turned [m]
+    ("robot", 0.02),
+    ("bin", 0.01),
+    ("statue", 0.02),
+    ("helicopter", 0.02),
+    ("vacuum_cleaner", 0.02),
+    ("cap", 0.01),
+]
 length = st.floats(0.005, 2)
 
 
@@ -52,7 +68,7 @@ def test_instances_are_reproducible_and_differ(name):
             assert shape.shape != other.shape or np.abs(shape - other).max() > 0.002
 
 
-@pytest.mark.parametrize(("name", "least"), [("robot", 0.02), ("bin", 0.01)])
+@pytest.mark.parametrize(("name", "least"), TURNLESS)
 def test_no_turn_about_the_vertical_maps_the_object_onto_itself(name, least):
     vertices = objects.build(name).vertices
     tree = cKDTree(vertices)
@@ -61,10 +77,21 @@ def test_no_turn_about_the_vertical_maps_the_object_onto_itself(name, least):
         assert np.sort(distance)[-20] > least
 
 
-def test_the_robot_is_no_mirror_image_of_itself():
-    vertices = objects.build("robot").vertices
+@pytest.mark.parametrize("name", ["robot", "statue", "helicopter", "vacuum_cleaner"])
+def test_an_object_of_no_symmetry_is_no_mirror_image_of_itself(name):
+    vertices = objects.build(name).vertices
     distance, _ = cKDTree(vertices).query(vertices * (1, -1, 1))
-    assert np.mean(distance > 0.01) > 0.2
+    assert np.mean(distance > 0.01) > 0.08
+
+
+@pytest.mark.parametrize(("name", "segments"), [("bowl", bowl.SEGMENTS), ("water_bottle", water_bottle.SEGMENTS)])
+def test_a_turn_by_one_segment_maps_a_surface_of_revolution_onto_itself(name, segments):
+    assert segments >= 96  # so that the facets are no features
+    for instance in range(1, 13):
+        mesh = objects.build(name, instance)
+        distance, same = cKDTree(mesh.vertices).query(mesh.turned("z", 360 / segments).vertices)
+        assert distance.max() < 1e-12
+        np.testing.assert_array_equal(mesh.colors[same], mesh.colors)
 
 
 def test_a_mug_is_hollow_and_its_handle_is_to_the_right_of_the_front():
@@ -78,8 +105,36 @@ def test_a_mug_is_hollow_and_its_handle_is_to_the_right_of_the_front():
         assert np.abs(mesh.vertices[handle, 0]).max() < 0.01
 
 
+def test_a_bowl_is_hollow():
+    for instance in range(1, 13):
+        mesh = objects.build("bowl", instance)
+        across, _, height = mesh.bounds[1]
+        assert mesh.volume < 0.4 * np.pi * across**2 * height
+        axis = np.hypot(*mesh.vertices.T[:2]) < 1e-9
+        assert mesh.vertices[axis, 2].max() < 0.3 * height
+
+
+def test_a_cap_is_hollow_and_its_brim_reaches_forward():
+    for instance in range(1, 13):
+        mesh = objects.build("cap", instance)
+        x, _, z = mesh.vertices.T
+        assert mesh.volume < 0.15 * np.prod(np.ptp(mesh.vertices, axis=0))
+        crown = x[z > 0.9 * z.max()].mean()
+        assert x.max() - crown > 1.4 * (crown - x.min())
+        assert z[x > x.max() - 0.02].max() < 0.5 * z.max()
+
+
+def test_pliers_open_differently_and_lie_flat():
+    gaps = []
+    for instance in range(1, 13):
+        x, y, z = objects.build("pliers", instance).vertices.T
+        gaps.append(np.abs(y[x > x.max() - 0.004]).max())
+        assert z.max() < 0.3 * np.ptp(y)
+    assert np.ptp(gaps) > 0.005
+
+
 def test_an_unknown_object_names_the_known_ones():
-    with pytest.raises(InvalidOption, match=r"^teapot: no known object; choose one of bin, coffee_mug, robot$"):
+    with pytest.raises(InvalidOption, match=r"^teapot: no known object; choose one of bin, coffee_mug, robot, "):
         objects.build("teapot")
 
 
@@ -132,6 +187,16 @@ def test_a_sweep_along_an_arc_follows_pappus():
     assert_closed_and_outward(mesh)
     assert mesh.volume == pytest.approx(prism(outline, np.pi).volume, rel=1e-3)
     assert np.ptp(mesh.vertices[:, 2]) == pytest.approx(0.1)  # the second axis stays upright
+
+
+def test_a_sweep_may_grow_along_its_path():
+    path = np.array([(0, 0, 0), (1, 0, 0), (3, 0, 0)])
+    square = circle(1, 4)
+    cone = sweep(square, path, scales=np.array([[3.0], [2.0], [0.0]]))
+    wedge = sweep(square, path, scales=np.array([[3.0, 2.0], [2.0, 2.0], [0.0, 2.0]]))
+    assert_closed_and_outward(cone)
+    assert cone.volume == pytest.approx(2 * (1 / 3) * (9 + 6 + 4) + 2 * 4 * 2 / 3)
+    np.testing.assert_allclose(wedge.bounds, [[0, -3, -2], [3, 3, 2]], atol=1e-12)
 
 
 def test_a_loft_may_end_in_a_point():
