@@ -7,8 +7,8 @@ returns counts as called ok.
 
 import os
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import pairwise
 from typing import Any
@@ -38,24 +38,24 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Peer:
-    """A library: how it prepares a view, and how it registers a source to a target; None where it finds no pose."""
+    """A library: how it prepares a view, and how it registers a source to a target."""
 
     prepare: Callable[[np.ndarray, Sizes], Any]
-    register: Callable[[Any, Any, Sizes], np.ndarray | None]
+    register: Callable[[Any, Any, Sizes], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
 class PeerRun:
     """A session by a peer."""
 
-    pairs: Mapping[tuple[int, int], np.ndarray | None]  # (source, target) -> T_target_source
+    pairs: Mapping[tuple[int, int], np.ndarray]  # (source, target) -> T_target_source
     poses: Mapping[int, np.ndarray]  # T_0_i
     seconds: Mapping[tuple[int, int], float]  # preparing the source and registering it
-    stages: Mapping[str, float] = field(default_factory=dict)  # seconds of the whole session
+    stages: Mapping[str, float]  # seconds of the whole session
 
 
 def available() -> tuple[str, ...]:
-    """The peers that are installed."""
+    """The peers that are installed; the pose graph comes after the pairs that it is made of."""
     return tuple(name for name in (OPEN3D, POSE_GRAPH, KISS, GICP) if name != KISS or find_spec("kiss_matcher"))
 
 
@@ -64,47 +64,48 @@ def missing() -> tuple[str, ...]:
     return () if find_spec("kiss_matcher") else (f"{KISS}: not installed (pip install kiss-matcher)",)
 
 
-def run(name: str, session: Session) -> PeerRun:
-    """Successive pairs of a session by a peer, composed; the pose graph also optimises them jointly."""
-    views = list(session.views())
-    sizes = measure(views[0].points)
-    peer = _PEERS[name]
-    prepared, pairs, seconds = {}, {}, {}
-    stages = {"prepare": 0.0, "register": 0.0}
-    for view in views:
-        started = time.perf_counter()
-        prepared[view.index] = peer.prepare(view.points.astype(np.float64), sizes)
-        seconds[view.index] = time.perf_counter() - started
-        stages["prepare"] += seconds[view.index]
-    laps = {}
-    for target, source in pairwise(prepared):
-        started = time.perf_counter()
-        pairs[source, target] = peer.register(prepared[source], prepared[target], sizes)
-        lap = time.perf_counter() - started
-        stages["register"] += lap
-        laps[source, target] = seconds[source] + lap
-    composed = _compose(list(prepared), pairs)
-    if name == POSE_GRAPH:
-        started = time.perf_counter()
-        composed = _optimize(prepared, pairs, composed, sizes)
-        stages["graph"] = time.perf_counter() - started
-        pairs = {(s, t): poses.invert(composed[t]) @ composed[s] for t, s in pairwise(composed)}
-        laps = {pair: lap + stages["graph"] / len(laps) for pair, lap in laps.items()}
-    return PeerRun(pairs, composed, laps, stages)
+def run(names: Sequence[str], session: Session) -> dict[str, PeerRun]:
+    """A session by each of these peers."""
+    found = {}
+    for name in names:
+        if name != POSE_GRAPH:
+            found[name], prepared = _successively(_PEERS[name], session)
+            if name == OPEN3D and POSE_GRAPH in names:
+                found[POSE_GRAPH] = _optimized(found[name], prepared, measure(session))
+    return {name: found[name] for name in names}
 
 
-def measure(points: np.ndarray) -> Sizes:
-    """The sizes of a session, from a view of it."""
-    facts = cloud.measure(points)
+def measure(session: Session) -> Sizes:
+    """The sizes of a session, from its first view."""
+    facts = cloud.measure(next(iter(session.views())).points)
     return Sizes(facts.resolution, max(facts.resolution, 1.5 * facts.noise, facts.diameter / 150))
 
 
-def _compose(views: list[int], pairs: Mapping[tuple[int, int], np.ndarray | None]) -> dict[int, np.ndarray]:
-    """T_0_i of every view; a pair without a pose counts as no motion."""
+def _successively(peer: Peer, session: Session) -> tuple[PeerRun, dict[int, Any]]:
+    """Every view registered to the one before it, composed; and the prepared views."""
+    sizes = measure(session)
+    prepared, pairs, seconds = {}, {}, {}
+    stages = {"prepare": 0.0, "register": 0.0}
+    target = None
+    for view in session.views():
+        source, points = view.index, view.points.astype(np.float64)
+        started = time.perf_counter()
+        prepared[source] = peer.prepare(points, sizes)
+        ready = time.perf_counter()
+        stages["prepare"] += ready - started
+        if target is not None:
+            pairs[source, target] = peer.register(prepared[source], prepared[target], sizes)
+            seconds[source, target] = time.perf_counter() - started
+            stages["register"] += time.perf_counter() - ready
+        target = source
+    return PeerRun(pairs, _compose(list(prepared), pairs), seconds, stages), prepared
+
+
+def _compose(views: Sequence[int], pairs: Mapping[tuple[int, int], np.ndarray]) -> dict[int, np.ndarray]:
+    """T_0_i of every view."""
     composed = {views[0]: np.eye(4)}
     for target, source in pairwise(views):
-        T = pairs[source, target]
-        composed[source] = composed[target] if T is None else composed[target] @ T
+        composed[source] = composed[target] @ pairs[source, target]
     return composed
 
 
@@ -200,30 +201,26 @@ def _plane(source: _Open3DCloud, target: _Open3DCloud, gate: float, start: np.nd
 # uncertain ones (registered anew where the views go round), then global optimisation.
 
 
-def _optimize(
-    prepared: Mapping[int, _Open3DCloud],
-    pairs: Mapping[tuple[int, int], np.ndarray | None],
-    composed: Mapping[int, np.ndarray],
-    sizes: Sizes,
-) -> dict[int, np.ndarray]:
+def _optimized(odometry: PeerRun, prepared: Mapping[int, _Open3DCloud], sizes: Sizes) -> PeerRun:
+    """The pose graph of a session whose successive pairs are registered."""
+    started = time.perf_counter()
     gate = 2 * sizes.working
     views = list(prepared)
-    place = {view: i for i, view in enumerate(views)}
     graph = registration.PoseGraph()
     for view in views:
-        graph.nodes.append(registration.PoseGraphNode(composed[view]))
+        graph.nodes.append(registration.PoseGraphNode(odometry.poses[view]))
 
     def connect(source: int, target: int, T: np.ndarray, uncertain: bool) -> None:
         information = registration.get_information_matrix_from_point_clouds(
             prepared[source].fine, prepared[target].fine, gate, T
         )
-        edge = registration.PoseGraphEdge(place[source], place[target], T, information, uncertain)
-        graph.edges.append(edge)
+        ends = views.index(source), views.index(target)
+        graph.edges.append(registration.PoseGraphEdge(*ends, T, information, uncertain))
 
-    for (source, target), T in pairs.items():
-        connect(source, target, np.eye(4) if T is None else T, False)
+    for (source, target), T in odometry.pairs.items():
+        connect(source, target, T, False)
     for target, source in zip(views, views[2:], strict=False):
-        start = poses.invert(composed[target]) @ composed[source]
+        start = poses.invert(odometry.poses[target]) @ odometry.poses[source]
         connect(source, target, _plane(prepared[source], prepared[target], gate, start), True)
     if len(views) > 3:
         for source, target in ((views[-1], views[0]), (views[-2], views[0]), (views[-1], views[1])):
@@ -237,7 +234,11 @@ def _optimize(
         ),
     )
     first = poses.invert(graph.nodes[0].pose)
-    return {view: first @ node.pose for view, node in zip(views, graph.nodes, strict=True)}
+    placed = {view: first @ node.pose for view, node in zip(views, graph.nodes, strict=True)}
+    pairs = {(s, t): poses.invert(placed[t]) @ placed[s] for s, t in odometry.pairs}
+    graph_seconds = time.perf_counter() - started
+    seconds = {pair: lap + graph_seconds / len(pairs) for pair, lap in odometry.seconds.items()}
+    return PeerRun(pairs, placed, seconds, {**odometry.stages, "graph": graph_seconds})
 
 
 def _threads() -> int:
@@ -246,7 +247,6 @@ def _threads() -> int:
 
 _PEERS = {
     OPEN3D: Peer(_open3d_cloud, _open3d),
-    POSE_GRAPH: Peer(_open3d_cloud, _open3d),
     KISS: Peer(_kiss_cloud, _kiss),
     GICP: Peer(_gicp_cloud, _gicp),
 }

@@ -7,7 +7,8 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from itertools import product
@@ -15,10 +16,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
 from rich.progress import track
 
 from processing.pipeline import process
-from processing.results.records import METHODS, SessionResult
+from processing.results.records import METHODS
 from processing.settings import Settings
 from tests.benchmarks import peers, sessions, tables
 from tests.benchmarks.scores import PairScore, SessionScore, score_pair, score_session
@@ -36,22 +38,38 @@ class Job:
     peers: tuple[str, ...]
 
 
-Scores = tuple[list[PairScore], list[SessionScore]]
+@dataclass(frozen=True)
+class Found:
+    """The scores of sessions, and what broke."""
+
+    pairs: tuple[PairScore, ...] = ()
+    sessions: tuple[SessionScore, ...] = ()
+    broken: tuple[str, ...] = ()  # a line for each
+
+    def __add__(self, other: "Found") -> "Found":
+        return Found(self.pairs + other.pairs, self.sessions + other.sessions, self.broken + other.broken)
 
 
-def run(job: Job) -> Scores:
-    """The scores of a session by every method and peer of a job."""
+def run(job: Job) -> Found:
+    """A session by every method and peer of a job; one that raises does not keep the others from running."""
     scan = sessions.build(job.case)
-    pairs, wholes = [], []
-    ours = [method for method in job.methods if method != CONTROL]
-    runs = [_ours(scan, ours, Settings(), {})] if ours else []
+    ours = tuple(method for method in job.methods if method != CONTROL)
+    parts: list[tuple[str, Callable[[], Found]]] = []
+    if ours:
+        parts.append(("ours", lambda: _ours(scan, ours, Settings(), {})))
     if CONTROL in job.methods:
-        runs.append(_ours(scan, ["pairwise"], control_settings(), {"pairwise": CONTROL}))
-    runs += [_peer(scan, name) for name in job.peers]
-    for found in runs:
-        pairs += found[0]
-        wholes += found[1]
-    return pairs, wholes
+        parts.append((CONTROL, lambda: _ours(scan, ("pairwise",), control_settings(), {"pairwise": CONTROL})))
+    if job.peers:
+        parts.append(("peers", lambda: _peers(scan, job.peers)))
+    found = Found()
+    for name, part in parts:
+        try:
+            found += part()
+        except Exception as error:  # a benchmark of an hour must not end at one session
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            line = f"{name}, {job.case}: {type(error).__name__}: {error} ({where.filename}:{where.lineno})"
+            found += Found(broken=(line,))
+    return found
 
 
 def control_settings() -> Settings | None:
@@ -62,15 +80,14 @@ def control_settings() -> Settings | None:
         return None
 
 
-def _ours(scan: Scan, methods: Sequence[str], settings: Settings, names: dict[str, str]) -> Scores:
-    """The scores of our methods, under other names where given."""
+def _ours(scan: Scan, methods: Sequence[str], settings: Settings | None, names: Mapping[str, str]) -> Found:
+    """A session by our methods, under other names where given."""
     *views, result = process(scan.session.views(), scan.session.info, settings, methods, seed=scan.case.seed)
-    assert isinstance(result, SessionResult)
     pairs, wholes = [], []
     for method in methods:
         found = result.reconstruction[method]
-        seconds = {view.view: sum(view.seconds.get(method, {}).values()) for view in views}
         shown = names.get(method, method)
+        seconds = {view.view: sum(view.seconds.get(method, {}).values()) for view in views}
         pairs += [
             score_pair(
                 scan,
@@ -89,47 +106,80 @@ def _ours(scan: Scan, methods: Sequence[str], settings: Settings, names: dict[st
         ]
         estimates = {view.view: view.T_0_i for view in found.views}
         wholes.append(score_session(scan, shown, estimates, found.failed_views, result.seconds["methods"][method]))
-    return pairs, wholes
+    return Found(tuple(pairs), tuple(wholes))
 
 
-def _peer(scan: Scan, name: str) -> Scores:
-    """The scores of a peer."""
-    found = peers.run(name, scan.session)
-    pairs = [
-        score_pair(scan, name, *pair, T, freedoms=None, seconds=found.seconds[pair]) for pair, T in found.pairs.items()
-    ]
-    return pairs, [score_session(scan, name, found.poses, 0, found.stages)]
+def _peers(scan: Scan, names: Sequence[str]) -> Found:
+    """A session by peers."""
+    pairs, wholes = [], []
+    for name, found in peers.run(names, scan.session).items():
+        pairs += [
+            score_pair(scan, name, *pair, T, freedoms=None, seconds=found.seconds[pair])
+            for pair, T in found.pairs.items()
+        ]
+        wholes.append(score_session(scan, name, found.poses, 0, found.stages))
+    return Found(tuple(pairs), tuple(wholes))
 
 
-def run_all(jobs: Sequence[Job], workers: int) -> Iterator[Scores]:
-    """The scores of all jobs, in their order."""
+def run_all(jobs: Sequence[Job], workers: int) -> Found:
+    """All jobs, in their order; several at a time share the cores, and their seconds are then of no use."""
+    found = Found()
+    for part in track(_each(jobs, workers), "Registering", len(jobs), console=Console(file=sys.stderr)):
+        found += part
+    return found
+
+
+def _each(jobs: Sequence[Job], workers: int) -> Iterator[Found]:
     if workers == 1:
         yield from map(run, jobs)
         return
     threads = str(max(1, (os.cpu_count() or 1) // workers))
-    for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ[name] = threads  # read by the libraries when a worker loads them
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(run, jobs)
+    shared = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), threads)
+    before = dict(os.environ)
+    os.environ.update(shared)  # read by the libraries when a worker loads them
+    try:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            yield from pool.map(run, jobs)
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Register what the command line chooses, and print the tables."""
-    options = _parse(arguments)
-    methods = tuple(m for m in options.methods if m != CONTROL or control_settings())
-    chosen = peers.available() if options.peers else ()
-    jobs = [Job(case, methods, chosen) for case in _cases(options)]
-    pairs, wholes = [], []
-    for found in track(run_all(jobs, options.workers), "Registering", len(jobs), console=tables.progress_console()):
-        pairs += found[0]
-        wholes += found[1]
-    if options.json:
-        options.json.write_text(json.dumps(_plain(pairs, wholes), indent=1), encoding="utf-8")
-    for line in peers.missing() if options.peers else ():
-        print(line)
-    if CONTROL in options.methods and CONTROL not in methods:
+def report(found: Found, with_seconds: bool) -> None:
+    """Print all tables of a run."""
+    tables.show(found.pairs, found.sessions, with_seconds)
+    for line in found.broken:
+        print(f"broken: {line}")
+
+
+def write_json(found: Found, path: Path) -> None:
+    """Every pair and session, as data."""
+    content = {
+        "pairs": [{**asdict(pair), "ratio": pair.ratio, "center_ratio": pair.center_ratio} for pair in found.pairs],
+        "sessions": [asdict(session) for session in found.sessions],
+        "broken": found.broken,
+    }
+    path.write_text(json.dumps(content, indent=1), encoding="utf-8")
+
+
+def choose(methods: Sequence[str], with_peers: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The methods and peers there are, with a line for each that is not."""
+    control = control_settings() is not None
+    if CONTROL in methods and not control:
         print(f"{CONTROL}: there is no setting for it")
-    tables.show(pairs, wholes)
+    for line in peers.missing() if with_peers else ():
+        print(line)
+    return tuple(m for m in methods if m != CONTROL or control), peers.available() if with_peers else ()
+
+
+def main() -> None:
+    """Register what the command line chooses, and print the tables."""
+    options = _parse()
+    chosen = choose(options.methods, options.peers)
+    found = run_all([Job(case, *chosen) for case in _cases(options)], options.workers)
+    if options.json:
+        write_json(found, options.json)
+    report(found, options.workers == 1)
 
 
 def _cases(options: argparse.Namespace) -> list[Case]:
@@ -137,19 +187,12 @@ def _cases(options: argparse.Namespace) -> list[Case]:
     return [
         Case(name, step, noise, seed, options.random_frames, size, points, options.views, options.outliers)
         for seed, name, step, noise, size, points in product(
-            range(options.seeds), options.objects, options.steps, options.noise, options.sizes, options.points
+            options.seeds, options.objects, options.steps, options.noise, options.sizes, options.points
         )
     ]
 
 
-def _plain(pairs: Sequence[PairScore], wholes: Sequence[SessionScore]) -> dict[str, Any]:
-    return {
-        "pairs": [{**asdict(pair), "ratio": pair.ratio, "center_ratio": pair.center_ratio} for pair in pairs],
-        "sessions": [asdict(whole) for whole in wholes],
-    }
-
-
-def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+def _parse() -> argparse.Namespace:
     def several(kind: type) -> Any:
         return lambda text: [kind(word) for word in text.split(",")]
 
@@ -157,7 +200,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--objects", type=several(str), default=list(sessions.available()))
     parser.add_argument("--steps", type=several(int), default=[20, 40, 60], help="degrees between views")
     parser.add_argument("--noise", type=several(float), default=[1.0], help="mm at 1 m")
-    parser.add_argument("--seeds", type=int, default=1, help="how many")
+    parser.add_argument("--seeds", type=_seeds, default=range(1), help="how many, or a range 3:5")
     parser.add_argument("--sizes", type=several(float), default=[None], help="the object's diameter in m")
     parser.add_argument("--points", type=several(int), default=[None], help="a view, about")
     parser.add_argument("--views", type=int, help="only the first ones")
@@ -167,11 +210,16 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--peers", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--workers", type=int, default=1, help="sessions at a time; timings are then of no use")
     parser.add_argument("--json", type=Path, help="where to write every pair")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args()
     if unknown := [name for name in options.objects if name not in sessions.available()]:
         parser.error(f"no such object: {', '.join(unknown)}")
     return options
 
 
+def _seeds(text: str) -> range:
+    start, colon, stop = text.partition(":")
+    return range(int(start), int(stop)) if colon else range(int(start))
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

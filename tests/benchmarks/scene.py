@@ -23,9 +23,9 @@ class Scene:
         vertices, triangles = mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32)
         self._rays.add_triangles(o3d.core.Tensor(vertices), o3d.core.Tensor(triangles))
 
-    def surface(self, eye: np.ndarray, through: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where rays from an eye (3,) through points (N, 3) first meet the surface (N, 3), NaN where they do not, and
-        the surface's unit normals there, towards the eye."""
+    def surface(self, eye: np.ndarray, through: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where rays from an eye (3,) through points (N, 3) first meet the surface, NaN where they do not, and its unit
+        normals there, towards the eye: those of the round surface and those of its facets; each (N, 3)."""
         directions = through - eye
         hits = self._cast(eye, directions)
         reach = hits["t_hit"].numpy().astype(np.float64)
@@ -35,8 +35,9 @@ class Scene:
         weights = np.column_stack([1 - uv.sum(axis=1), uv])
         normals = (weights[:, :, None] * self._corner_normals[triangle]).sum(axis=1)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        away = (normals * directions).sum(axis=1, keepdims=True) > 0
-        return eye + reach[:, None] * directions, np.where(away, -normals, normals)
+        facets = hits["primitive_normals"].numpy().astype(np.float64)
+        towards = -np.sign((facets * directions).sum(axis=1, keepdims=True))
+        return eye + reach[:, None] * directions, towards * normals, towards * facets
 
     def visible(self, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
         """(N,) bool: whether nothing stands between an eye and points of the surface."""

@@ -19,6 +19,7 @@ OBJECTS = (
 )  # fmt: skip
 ASYMMETRIC = ("robot", "statue", "helicopter", "vacuum_cleaner")  # nobody may call a motion of these free
 FOCAL = 525.0  # [pixels]
+MIN_POINTS = 5000  # of a view, about: where the usual focal length gives fewer, it is longer
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Case:
     seed: int = 0
     random_frames: bool = False  # every view turned at random about the sensor: the start is unknown
     size: float | None = None  # the object's diameter [m], noise and all scaled with it; None: as built
-    points: int | None = None  # of a view, about, by the focal length; None: as the usual focal length gives
+    points: int | None = None  # of a view, about, by the focal length; None: what the usual one gives
     views: int | None = None  # only the first ones; None: the whole turn
     outliers: float = 0.01  # share of the points put anywhere in the view's bounding box
 
@@ -48,7 +49,8 @@ class Seen:
     """What a view truly sees, point by point, outliers left out; in the object's frame, metres."""
 
     points: np.ndarray  # (N, 3) on the surface, no noise
-    normals: np.ndarray  # (N, 3) towards the camera
+    normals: np.ndarray  # (N, 3) of the surface, towards the camera
+    facets: np.ndarray  # (N, 3) of the mesh's facets, on which it depends how densely a camera measures
     variance: np.ndarray  # (N,) of the measured points along the normal [m^2]
 
 
@@ -89,7 +91,7 @@ class Scan:
         """(N,) how densely a view measures seen points, were nothing in between."""
         T = self.T_object_camera[view]
         points = poses.transform(poses.invert(T), seen.points / self.scale)
-        return scenes.density(points, seen.normals @ T[:3, :3], self.focal)
+        return scenes.density(points, seen.facets @ T[:3, :3], self.focal)
 
 
 def available() -> tuple[str, ...]:
@@ -102,7 +104,7 @@ def build(case: Case) -> Scan:
     """The session of a case and its truth; the last few are kept."""
     instance = case.seed + 1
     scene = scenes.of_object(case.object, instance)
-    focal = FOCAL if case.points is None else _focal_for(case.object, instance, case.points)
+    focal = _focal_for(case.object, instance, case.points)
     scale = 1.0 if case.size is None else case.size / scene.diameter
     count = round(360 / case.step)
     rendered = simulate(case.object, instance=instance, views=count, noise_mm=case.noise, focal=focal, seed=case.seed)
@@ -142,12 +144,12 @@ def _with_outliers(points: np.ndarray, case: Case, index: int) -> tuple[np.ndarr
 
 def _see(scene: Scene, T_object_camera: np.ndarray, measured: np.ndarray, noise: float, scale: float) -> Seen:
     """The truth of measured points (N, 3): noise moves them along their ray, so the ray finds where they were."""
-    points, normals = scene.surface(T_object_camera[:3, 3], poses.transform(T_object_camera, measured))
+    points, normals, facets = scene.surface(T_object_camera[:3, 3], poses.transform(T_object_camera, measured))
     met = np.isfinite(points).all(axis=1)
-    points, normals = points[met], normals[met]
+    points, normals, facets = points[met], normals[met], facets[met]
     local = poses.transform(poses.invert(T_object_camera), points)
     variance = _variance_along(local, normals @ T_object_camera[:3, :3], noise)
-    return Seen(scale * points, normals, scale**2 * variance)
+    return Seen(scale * points, normals, facets, scale**2 * variance)
 
 
 def _variance_along(points: np.ndarray, normals: np.ndarray, noise: float) -> np.ndarray:
@@ -161,7 +163,9 @@ def _variance_along(points: np.ndarray, normals: np.ndarray, noise: float) -> np
 
 
 @lru_cache(maxsize=64)
-def _focal_for(name: str, instance: int, points: int) -> float:
+def _focal_for(name: str, instance: int, points: int | None) -> float:
     """The focal length [pixels] that gives so many points a view, about."""
     usual = simulate(name, instance=instance, views=3, noise_mm=0, focal=FOCAL)
-    return FOCAL * float(np.sqrt(points / np.mean([len(view.points) for view in usual.views()])))
+    found = float(np.mean([len(view.points) for view in usual.views()]))
+    wanted = max(found, MIN_POINTS) if points is None else points
+    return FOCAL * float(np.sqrt(wanted / found))
