@@ -9,16 +9,16 @@ STEEL, DARK, BRIGHT = (150, 154, 160), (92, 96, 104), (196, 198, 202)
 RED, BLUE, YELLOW, GREEN = (192, 46, 44), (44, 92, 168), (234, 192, 48), (66, 138, 84)
 ORANGE, BLACK = (228, 122, 40), (60, 62, 68)
 GRIPS = (RED, BLUE, YELLOW, GREEN, ORANGE, BLACK)
-JAWS = ((0.040, 0.0135, 0.0080), (0.058, 0.0110, 0.0028), (0.028, 0.0140, 0.0110))  # length, width at root and tip [m]
+JAWS = ((0.045, 0.0160, 0.0095), (0.062, 0.0150, 0.0044), (0.032, 0.0165, 0.0130))  # length, width at root and tip [m]
 
 
 def build(rng: np.random.Generator) -> Mesh:
     """Combination, needle-nose or flat pliers; instances differ in length, grips and opening."""
     length, root, tip = rng.uniform(0.90, 1.10, 3) * JAWS[rng.integers(len(JAWS))]
-    opening_deg, handle, bow = rng.uniform((2, 0.108, 0.020), (26, 0.126, 0.028))
+    opening_deg, handle, bow = rng.uniform((2, 0.122, 0.024), (26, 0.136, 0.030))
     color, trim = (GRIPS[i] for i in rng.permutation(len(GRIPS))[:2])
     metal = (STEEL, DARK, BRIGHT)[rng.integers(3)]
-    head = rng.uniform(0.0125, 0.0150)
+    head = rng.uniform(0.0160, 0.0190)
     lower = [_jaw(length, root, tip).painted(metal), *_handle(handle, bow, metal, color, trim)]
     upper = [_jaw(length, root, tip).painted(metal), *_handle(handle * 0.98, bow, metal, color, trim)]
     parts = [
@@ -30,7 +30,7 @@ def build(rng: np.random.Generator) -> Mesh:
         cylinder(0.0055, 0.003, 0.001, 20).moved(z=0.0115).painted(BRIGHT),
         box(0.008, 0.0012, 0.001).turned("z", float(rng.uniform(0, 180))).moved(z=0.0142).painted(DARK),
     ]
-    return merge(part.moved(z=0.001) for part in parts)
+    return merge(part.moved(z=0.003) for part in parts)
 
 
 def _jaw(length: float, root: float, tip: float) -> Mesh:
@@ -58,13 +58,13 @@ def _handle(
     x = -length * share
     y = -np.interp(share, [0, 0.12], [0.002, 0.006]) - bow * np.sin(np.pi * np.clip(share * 0.92, 0, 1)) ** 0.9
     path = np.column_stack([x, y, np.full(len(x), 0.006)])
-    tang = sweep(rounded_rectangle(0.0095, 0.0075, 0.002, 2), path[:40])
+    tang = sweep(rounded_rectangle(0.0130, 0.0090, 0.002, 2), path[:40])
     grip = path[13:]
     s = np.linspace(0, 1, len(grip))
     thick = np.interp(s, [0, 0.02, 0.05, 0.09, 0.5, 0.93, 0.98, 1], [0.8, 1.28, 1.28, 1.0, 1.08, 0.98, 0.75, 0.35])
     thick = thick[:, None]
-    outline = rounded_rectangle(0.0145, 0.0110, 0.0045, 4)
-    stripe = rounded_rectangle(0.0050, 0.0116, 0.0016, 2)
+    outline = rounded_rectangle(0.0200, 0.0140, 0.0055, 4)
+    stripe = rounded_rectangle(0.0080, 0.0148, 0.0016, 2)
     return [
         tang.painted(metal),
         sweep(outline, grip, scales=thick).painted(color),

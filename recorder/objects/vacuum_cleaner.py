@@ -21,12 +21,12 @@ FLOOR = 0.030  # of the body above the ground [m]
 
 
 def build(rng: np.random.Generator) -> Mesh:
-    """A vacuum cleaner 40 to 50 cm high; instances differ in body, wheels, hose, dust container and paint."""
+    """A vacuum cleaner 40 to 46 cm high; instances differ in body, wheels, hose, dust container and paint."""
     length, width, height, wheel = rng.uniform((0.26, 0.090, 0.135, 0.058), (0.31, 0.110, 0.165, 0.078))
     paint = PAINTS[rng.integers(len(PAINTS))]
     pipe, aside, sag = rng.uniform((0.36, -0.03, 0.05), (0.41, 0.03, 0.11))
     foot = np.array([-0.5 * length - 0.035, aside, 0.0])
-    socket = np.array([0.34 * length, 0.01, FLOOR + 0.72 * height])
+    socket = np.array([0.34 * length, -0.30 * width, FLOOR + 0.70 * height])
     parts = [
         *_body(length, width, height, paint),
         *(part.moved(-0.24 * length, 0, wheel) for part in _wheels(wheel, width, paint)),
@@ -114,7 +114,7 @@ def _top(rng: np.random.Generator, length: float, width: float, height: float) -
             cylinder(0.44 * width, 0.15, 0.006, 40).painted(CLEAR),
             cylinder(0.46 * width, 0.03, 0.008, 40).moved(z=0.135).painted(DARK),
         ]
-        parts += [part.turned("y", 78).moved(0.02 * length, 0.50 * width, top - 0.055) for part in container]
+        parts += [part.turned("y", 78).moved(-0.06 * length, 0.46 * width, top - 0.052) for part in container]
     else:
         parts += [
             box(0.006, 0.7 * width, 0.010, 0.002)
