@@ -119,7 +119,7 @@ class _Field:
     """About the distance of points (..., 3) from the figure, negative within it."""
 
     pose: Rotation  # of the head
-    face: np.ndarray  # factor on the half axes of the head's ellipsoids
+    face: np.ndarray  # factors on the head's depth, width and height
     hair: float  # its thickness
     curl: np.ndarray  # (3, 3) wave vectors of the hair
     bearded: bool
@@ -141,8 +141,8 @@ class _Field:
         )
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """(...,): in heads."""
-        head = self.pose.inv().apply(points.reshape(-1, 3)).reshape(points.shape)
+        """The distances (...,) in heads."""
+        head = self.pose.inv().apply(points.reshape(-1, 3)).reshape(points.shape) / self.face
         distance = _join(_union(head, HEAD, 0.06), -_union(head, SOCKETS, 0.02), -0.03)
         distance = _join(distance, _union(head, FEATURES, 0.02), 0.025)
         curls = np.sin(head @ self.curl.T).sum(axis=-1) / 3
