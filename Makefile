@@ -5,7 +5,7 @@ ifeq ($(OS),Windows_NT)
 BIN := .venv/Scripts
 endif
 
-.PHONY: demo test lint bench-pair picture clean
+.PHONY: demo test lint bench bench-quick bench-memory picture clean
 
 demo: .venv/installed
 	@$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
@@ -18,8 +18,14 @@ lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 
-bench-pair: .venv/installed-dev
-	$(BIN)/python -m tests.benchmarks.pair
+bench: .venv/installed-bench
+	$(BIN)/python -m tests.benchmarks
+
+bench-quick: .venv/installed-bench
+	$(BIN)/python -m tests.benchmarks --quick
+
+bench-memory: .venv/installed-dev
+	$(BIN)/python -m tests.benchmarks.memory
 
 picture: .venv/installed-dev
 	$(BIN)/python -m tests.picture results/robot/review.rrd docs/review.png
@@ -35,4 +41,9 @@ clean:
 
 .venv/installed-dev: .venv/installed
 	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable .[dev]
+	touch $@
+
+# Peers are optional: where one has no wheel, the benchmark says so.
+.venv/installed-bench: .venv/installed-dev
+	-$(BIN)/python -m pip install -qq --constraint constraints.txt --only-binary kiss-matcher --editable .[bench]
 	touch $@

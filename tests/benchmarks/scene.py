@@ -3,7 +3,6 @@
 from functools import lru_cache
 
 import numpy as np
-import open3d as o3d
 
 from recorder import objects
 from recorder.objects.mesh import Mesh
@@ -14,14 +13,17 @@ SAME = 2e-4  # of the distance: two hits on one ray are one point
 
 
 class Scene:
-    """A mesh to cast rays at."""
+    """A mesh to cast rays at; Open3D, which does that, is loaded with the first one."""
 
     def __init__(self, mesh: Mesh) -> None:
+        import open3d
+
+        self._tensor = open3d.core.Tensor
         self.diameter = float(np.linalg.norm(np.subtract(*mesh.bounds)))
         self._corner_normals = smooth_normals(mesh.vertices, mesh.triangles)
-        self._rays = o3d.t.geometry.RaycastingScene()
+        self._rays = open3d.t.geometry.RaycastingScene()
         vertices, triangles = mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32)
-        self._rays.add_triangles(o3d.core.Tensor(vertices), o3d.core.Tensor(triangles))
+        self._rays.add_triangles(self._tensor(vertices), self._tensor(triangles))
 
     def surface(self, eye: np.ndarray, through: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where rays from an eye (3,) through points (N, 3) first meet the surface, NaN where they do not, and its unit
@@ -45,7 +47,7 @@ class Scene:
 
     def _cast(self, eye: np.ndarray, directions: np.ndarray) -> dict:
         rays = np.hstack([np.broadcast_to(eye, directions.shape), directions]).astype(np.float32)
-        return self._rays.cast_rays(o3d.core.Tensor(rays))
+        return self._rays.cast_rays(self._tensor(rays))
 
 
 @lru_cache(maxsize=4)

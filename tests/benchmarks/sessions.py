@@ -73,7 +73,7 @@ class Scan:
         seen, T = self.seen[source], self.T_object_camera[target]
         points = seen.points / self.scale
         common = self.scene.visible(T[:3, 3], points)
-        here, there = (self._density(seen, view) for view in (source, target))
+        here, there = (self.density(seen, view) for view in (source, target))
         common &= (here > 0) & (there > 0)
         if common.sum() < 6:
             return None
@@ -87,7 +87,7 @@ class Scan:
         seen = self.seen[view]
         return inform(seen.points, seen.normals, seen.variance, self.center, lever)
 
-    def _density(self, seen: Seen, view: int) -> np.ndarray:
+    def density(self, seen: Seen, view: int) -> np.ndarray:
         """(N,) how densely a view measures seen points, were nothing in between."""
         T = self.T_object_camera[view]
         points = poses.transform(poses.invert(T), seen.points / self.scale)

@@ -64,14 +64,13 @@ def show_objects(pairs: Sequence[PairScore]) -> None:
     """For each object and step and each method: right of all, and how many wrong ones are called ok."""
     methods = _methods(pairs)
     rows = []
-    for name in dict.fromkeys(pair.case.object for pair in pairs):
-        for step in sorted({pair.case.step for pair in pairs}):
-            cells = []
-            for method in methods:
-                mine = _where(pairs, object=name, step=step, method=method)
-                right, wrong = sum(p.right for p in mine), sum(p.ok and not p.right for p in mine)
-                cells.append(f"{right}/{len(mine)}" + f" {wrong} wrong ok" * bool(wrong) if mine else "-")
-            rows.append([f"{name} {step}", *cells])
+    for name, step in sorted({(pair.case.object, pair.case.step) for pair in pairs}):
+        cells = []
+        for method in methods:
+            mine = _where(pairs, object=name, step=step, method=method)
+            right, wrong = sum(p.right for p in mine), sum(p.ok and not p.right for p in mine)
+            cells.append(f"{right}/{len(mine)}" + f" {wrong} wrong ok" * bool(wrong) if mine else "-")
+        rows.append([f"{name} {step}", *cells])
     print("\nright of all, by object and step in degrees\n")
     print_table(["", *methods], rows)
 
