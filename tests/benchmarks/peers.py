@@ -113,7 +113,7 @@ def _compose(views: Sequence[int], pairs: Mapping[tuple[int, int], np.ndarray]) 
 
 
 def _gicp_cloud(points: np.ndarray, sizes: Sizes) -> tuple[small_gicp.PointCloud, small_gicp.KdTree]:
-    return small_gicp.preprocess_points(points, sizes.resolution, num_neighbors=20, num_threads=_threads())
+    return small_gicp.preprocess_points(points, sizes.resolution, num_neighbors=30, num_threads=_threads())
 
 
 def _gicp(source: Any, target: Any, sizes: Sizes, start: np.ndarray | None = None) -> np.ndarray:
@@ -186,15 +186,19 @@ def _open3d(source: _Open3DCloud, target: _Open3DCloud, sizes: Sizes) -> np.ndar
         ],
         registration.RANSACConvergenceCriteria(100_000, 0.999),
     )  # fmt: skip
-    return _plane(source, target, 2 * sizes.working, coarse.transformation)
+    return _plane(source, target, sizes, coarse.transformation)
 
 
-def _plane(source: _Open3DCloud, target: _Open3DCloud, gate: float, start: np.ndarray) -> np.ndarray:
-    return registration.registration_icp(
-        source.fine, target.fine, gate, start,
-        registration.TransformationEstimationPointToPlane(),
-        registration.ICPConvergenceCriteria(1e-7, 1e-7, 50),
-    ).transformation  # fmt: skip
+def _plane(source: _Open3DCloud, target: _Open3DCloud, sizes: Sizes, start: np.ndarray) -> np.ndarray:
+    """Point-to-plane ICP, gate 2 w and then w."""
+    T = start
+    for gate in (2 * sizes.working, sizes.working):
+        T = registration.registration_icp(
+            source.fine, target.fine, gate, T,
+            registration.TransformationEstimationPointToPlane(),
+            registration.ICPConvergenceCriteria(1e-7, 1e-7, 50),
+        ).transformation  # fmt: skip
+    return T
 
 
 # Open3D's multiway registration: the pairs as certain edges, every view to its second next and the closing pairs as
@@ -204,7 +208,7 @@ def _plane(source: _Open3DCloud, target: _Open3DCloud, gate: float, start: np.nd
 def _optimized(odometry: PeerRun, prepared: Mapping[int, _Open3DCloud], sizes: Sizes) -> PeerRun:
     """The pose graph of a session whose successive pairs are registered."""
     started = time.perf_counter()
-    gate = 2 * sizes.working
+    gate = sizes.working
     views = list(prepared)
     graph = registration.PoseGraph()
     for view in views:
@@ -221,7 +225,7 @@ def _optimized(odometry: PeerRun, prepared: Mapping[int, _Open3DCloud], sizes: S
         connect(source, target, T, False)
     for target, source in zip(views, views[2:], strict=False):
         start = poses.invert(odometry.poses[target]) @ odometry.poses[source]
-        connect(source, target, _plane(prepared[source], prepared[target], gate, start), True)
+        connect(source, target, _plane(prepared[source], prepared[target], sizes, start), True)
     if len(views) > 3:
         for source, target in ((views[-1], views[0]), (views[-2], views[0]), (views[-1], views[1])):
             connect(source, target, _open3d(prepared[source], prepared[target], sizes), True)

@@ -16,6 +16,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 from rich.progress import track
 
@@ -87,7 +88,9 @@ def _ours(scan: Scan, methods: Sequence[str], settings: Settings | None, names: 
     for method in methods:
         found = result.reconstruction[method]
         shown = names.get(method, method)
+        stages = result.seconds["methods"][method]
         seconds = {view.view: sum(view.seconds.get(method, {}).values()) for view in views}
+        joint = (stages["total"] - sum(seconds.values())) / len(views)  # each view's share of what is done at the end
         pairs += [
             score_pair(
                 scan,
@@ -100,12 +103,12 @@ def _ours(scan: Scan, methods: Sequence[str], settings: Settings | None, names: 
                 confidence=pair.confidence,
                 evidence=asdict(pair.evidence),
                 candidates=[asdict(candidate) for candidate in pair.candidates],
-                seconds=seconds.get(pair.source),
+                seconds=seconds[pair.source] + joint,
             )
             for pair in found.pairs
         ]
         estimates = {view.view: view.T_0_i for view in found.views}
-        wholes.append(score_session(scan, shown, estimates, found.failed_views, result.seconds["methods"][method]))
+        wholes.append(score_session(scan, shown, estimates, found.failed_views, stages))
     return Found(tuple(pairs), tuple(wholes))
 
 
@@ -159,7 +162,7 @@ def write_json(found: Found, path: Path) -> None:
         "sessions": [asdict(session) for session in found.sessions],
         "broken": found.broken,
     }
-    path.write_text(json.dumps(content, indent=1), encoding="utf-8")
+    path.write_text(json.dumps(content, indent=1, default=np.ndarray.tolist), encoding="utf-8")
 
 
 def choose(methods: Sequence[str], with_peers: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
