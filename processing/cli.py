@@ -1,5 +1,6 @@
 """The command `orbitscan`: the recorder's commands, and from recordings to results."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +11,7 @@ from recorder.exceptions import InvalidOption
 
 if TYPE_CHECKING:
     from processing.batch import Job, Outcome
+    from processing.settings import Settings
 
 app = typer.Typer(
     name="orbitscan",
@@ -35,8 +37,15 @@ def process(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings (.mcap), or folders of them.")],
     results: Annotated[Path, typer.Option("-o", "--output", help="Gets a folder for each recording.")],
     views: Annotated[str, typer.Option(help="A count, 'all', a list 0,1,5, a range 0:12, or names 'bun*'.")] = "18",
-    methods: Annotated[str, typer.Option(help="Of icp, ransac_icp, pairwise; with commas. Default: all.")] = "",
+    methods: Annotated[
+        str, typer.Option(help="Of icp, ransac_icp, pairwise, refined; with commas. Default: all.")
+    ] = "",
     settings: Annotated[str, typer.Option(help="A TOML file, or 'thesis': its methods alone.")] = "",
+    step_deg: Annotated[
+        float | None,
+        typer.Option(help="The turntable's step from view to view, used only where the views cannot tell it."),
+    ] = None,
+    mesh: Annotated[bool, typer.Option("--mesh", help="Write model_mesh.ply too, by Poisson reconstruction.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Recordings processed at the same time.")] = 1,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 where a view failed.")] = False,
@@ -47,11 +56,14 @@ def process(
     orbitscan process bunny.mcap -o results --views 0,1,2
 
     orbitscan process recordings/ -o results --workers 4 --methods icp,pairwise
+
+    orbitscan process bottle.mcap -o results --step-deg 20 --mesh
     """
     from processing.batch import find_recordings, process_all
 
     found = find_recordings(recordings)
-    job = _make_job(results, views, methods, settings, seed, overwrite, min(workers, len(found)))
+    steps = _choose_settings(settings, step_deg, mesh)
+    job = _make_job(results, views, methods, settings == "thesis", steps, seed, overwrite, min(workers, len(found)))
     _compile()
     outcomes = []
     for outcome in recorder_cli.progress(process_all(found, job, workers), len(found), "Processing"):
@@ -94,22 +106,43 @@ def _files_to_view(what: Path) -> list[Path]:
     return reviews
 
 
+def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings":
+    """The settings of a file, or the default ones, with what the command line says besides."""
+    from processing.settings import Settings, read_settings
+
+    if step_deg is not None and not 0 < abs(step_deg) < 180:
+        raise InvalidOption(f"--step-deg {step_deg:g}", "no step of a turntable", "give degrees, such as 20 or -20")
+    chosen = read_settings(Path(name)) if name not in ("", "thesis") else Settings()
+    if step_deg is not None:
+        chosen = replace(chosen, pair=replace(chosen.pair, step_deg=step_deg))
+    return (
+        replace(chosen, model=replace(chosen.model, mesh=replace(chosen.model.mesh, wanted=True))) if mesh else chosen
+    )
+
+
 def _make_job(
-    results: Path, views: str, methods: str, settings: str, seed: int, overwrite: bool, workers: int
+    results: Path,
+    views: str,
+    methods: str,
+    thesis: bool,
+    settings: "Settings",
+    seed: int,
+    overwrite: bool,
+    workers: int,
 ) -> "Job":
     from processing.batch import Job, threads_per_worker
     from processing.results.records import METHODS
-    from processing.settings import THESIS_METHODS, Settings, read_settings
+    from processing.settings import THESIS_METHODS
 
     asked = [method.strip().replace("-", "_") for method in methods.split(",") if method.strip()]
     if unknown := [method for method in asked if method not in METHODS]:
         raise InvalidOption(f"--methods {unknown[0]}", "no such method", f"choose of {', '.join(METHODS)}")
-    default = THESIS_METHODS if settings == "thesis" else METHODS
+    default = THESIS_METHODS if thesis else METHODS
     return Job(
         results,
         views,
         tuple(method for method in METHODS if method in (asked or default)),
-        read_settings(Path(settings)) if settings not in ("", "thesis") else Settings(),
+        settings,
         seed,
         overwrite,
         threads_per_worker(workers),

@@ -1,32 +1,62 @@
-"""The numba kernels, compiled before they are needed: once on a machine, then read from numba's cache."""
+"""The numba kernels that `process` needs, compiled before they are: once on a machine, then read from numba's cache."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from processing.features import keypoints, normals, shot
-from processing.reconstruction import ransac
+from processing.features import keypoints, normals, quadric, shot
+from processing.reconstruction import ransac, refinement, starts
 
-KERNELS = (normals._normals, keypoints._saliency, keypoints._is_largest, shot._describe, ransac._count_inliers)
+KERNELS = (
+    normals._normals,
+    keypoints._saliency,
+    keypoints._is_largest,
+    shot._describe,
+    quadric._fit,
+    ransac._count_inliers,
+    refinement._accumulate_chunks,
+    refinement._align_each,
+    refinement._partners,
+    starts._screen,
+)
 
 
 def compiled() -> bool:
-    """Whether every kernel lies in the cache, newer than its source."""
-    return all(map(_is_cached, KERNELS))
+    """Whether every kernel lies in the cache, newer than every source that holds kernels.
+
+    numba looks at a kernel's own file alone: where one that it calls has changed, it would run the old one.
+    """
+    newest = max(path.stat().st_mtime for path in _sources())
+    return all(_is_cached(kernel, newest) for kernel in KERNELS)
 
 
 def compile_kernels() -> None:
-    """Compile, or load from the cache, every kernel by using it once on a small cloud."""
+    """Compile, or load from the cache, every kernel by using it once on a small scan."""
+    from processing.pipeline import process
+    from recorder.session import SessionInfo, View, in_memory
+
+    if not compiled():
+        for path in {_cache(kernel) for kernel in KERNELS}:
+            for file in path.glob("*.nb[ic]"):
+                file.unlink(missing_ok=True)
     rng = np.random.default_rng(0)
-    points = rng.random((200, 3))
-    facing = normals.estimate_normals(points, 1.0, np.zeros(3))
-    keypoints.detect_keypoints(points, 1.0, 1.0, keypoints.KeypointSettings())
-    shot.describe(points, facing, points[:5], 1.0)
-    ransac.estimate_pose(points, points, 0.01, ransac.RansacSettings(), rng)
+    u = rng.normal(size=(4000, 3))
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    points = u * (0.1 + 0.03 * np.sin(9 * u[:, :1]) * np.cos(7 * u[:, 1:2])) + [0, 0, 1]
+    views = [View(i, str(i), i, points[points[:, 2] < 1.03].astype(np.float32)) for i in range(2)]
+    list(process(in_memory(SessionInfo("", 2), views).views(), SessionInfo("", 2)))
 
 
-def _is_cached(kernel: Any) -> bool:
-    source = Path(kernel.py_func.__code__.co_filename)
-    index = Path(kernel.stats.cache_path).glob(f"{source.stem}.{kernel.py_func.__qualname__}-*.nbi")
-    return any(file.stat().st_mtime >= source.stat().st_mtime for file in index)
+def _sources() -> list[Path]:
+    folders = {Path(kernel.py_func.__code__.co_filename).parent for kernel in KERNELS}
+    return [path for folder in folders for path in folder.glob("*.py")]
+
+
+def _cache(kernel: Any) -> Path:
+    return Path(kernel.stats.cache_path)
+
+
+def _is_cached(kernel: Any, newest: float) -> bool:
+    name = f"{Path(kernel.py_func.__code__.co_filename).stem}.{kernel.py_func.__qualname__}-*.nbi"
+    return any(file.stat().st_mtime >= newest for file in _cache(kernel).glob(name))

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from processing.reconstruction.symmetry import take_out
 from processing.results.records import (
     Centroid,
     MethodResult,
@@ -87,20 +88,24 @@ def _of_pose(estimate: ViewEstimate, truth: Truth, origin: int | None, center: n
 
 def _of_pair(pair: PairEstimate, truth: Truth, origin: int | None, center: np.ndarray | None) -> PairEstimate:
     T_true = _relative(truth, pair.target, pair.source)
-    T_0_source = _relative(truth, origin, pair.source)
-    T = pair.T_target_source
-    if T_true is None or T is None:
+    T_0_target = _relative(truth, origin, pair.target)
+    if T_true is None or pair.T_target_source is None:
         return pair
-    known = center is not None and T_0_source is not None
-    degrees = rotation_error_deg(T_true, T)
-    errors = PairErrors(
-        rotation_error_deg=degrees,
-        center_error_m=center_error(T_true, T, poses.transform(poses.invert(T_0_source), center[None])[0])
-        if known
-        else None,
-        rotation_error_deg_observable=degrees,  # no motion is declared unobservable
-    )
+    known = center is not None and T_0_target is not None
+    center_in_target = poses.transform(poses.invert(T_0_target), center[None])[0] if known else np.zeros(3)
+    degrees, metres = _turn_and_shift(pair.T_target_source @ poses.invert(T_true), center_in_target)
+    granted = [
+        _turn_and_shift(take_out(T @ poses.invert(T_true), pair.freedoms, center_in_target), center_in_target)
+        for T in (pair.T_target_source, *pair.alternatives)
+    ]
+    least_degrees, least_metres = min(granted)
+    errors = PairErrors(degrees, metres if known else None, least_degrees, least_metres if known else None)
     return replace(pair, errors=errors)
+
+
+def _turn_and_shift(D: np.ndarray, center: np.ndarray) -> tuple[float, float]:
+    """How far a motion turns [degrees] and moves a centre (3,) [m]."""
+    return rotation_error_deg(D, np.eye(4)), center_error(D, np.eye(4), center)
 
 
 def _relative(truth: Truth, target: int | None, source: int) -> np.ndarray | None:

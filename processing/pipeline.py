@@ -5,27 +5,29 @@ Views come without poses, and ground truth never enters here: `errors.with_error
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from processing.features.keypoints import detect_keypoints
 from processing.features.shot import describe
+from processing.reconstruction.joint import refine_jointly
 from processing.reconstruction.matching import match
 from processing.reconstruction.model import build_model
-from processing.reconstruction.pair import Prepared, register_competing, register_consensus, register_icp
-from processing.reconstruction.ransac import Consensus, estimate_pose
+from processing.reconstruction.pair import Matches, register_competing, register_consensus, register_icp
+from processing.reconstruction.prepared import Prepared, Shelf
+from processing.reconstruction.ransac import estimate_pose
 from processing.reconstruction.trajectory import Placed, Trajectory
+from processing.reconstruction.turntable import fit_turntable
 from processing.results.records import METHODS, Correspondences, PairEstimate, SessionResult, ViewRecord, ViewResult
 from processing.settings import Settings
-from processing.surface import Scale, Surface, choose_scale, prepare
+from processing.surface import Scale, choose_scale, prepare
 from processing.timing import Stopwatch, total
-from recorder.session import SessionInfo, Views
+from recorder.session import SessionInfo, View, Views
 
-_USE_FEATURES = ("ransac_icp", "pairwise")
+_STREAMED = ("icp", "ransac_icp", "pairwise")  # place a view when it comes; `refined` begins where `pairwise` ends
+_USE_FEATURES = ("ransac_icp", "pairwise", "refined")
 _RANSAC = 4  # the thesis's number of the step that draws at random, part of its generator's seed
-
-Match = tuple[Correspondences, Consensus | None]
 
 
 def process(
@@ -37,45 +39,53 @@ def process(
     """
     started = time.perf_counter()
     settings = settings or Settings()
+    watch = Stopwatch()
     scale = choose_scale(views, settings.surface)
-    trajectories = {method: Trajectory(retries=method == "pairwise") for method in methods}
-    sharing = [method for method in methods if method in _USE_FEATURES]
+    steps = _Steps(scale, info, settings, tuple(methods), seed, watch)
+    shelf = Shelf(views, steps.prepare, settings.surface.kept_views)
+    streamed = [m for m in _STREAMED if m in methods or (m == "pairwise" and "refined" in methods)]
+    trajectories = {method: Trajectory(retries=method == "pairwise") for method in streamed}
     records: list[ViewRecord] = []
     origin = None
     for view in views:
-        watch = Stopwatch()
-        with watch("prepare", *methods):
-            surface = prepare(view, scale, info.sensor_origin, settings.surface)
-        current = _describe(surface, scale, settings, watch, sharing)
+        current = shelf.put(view)
         poses, pairs, found = {}, {}, {}
         for method, trajectory in trajectories.items():
-            if not surface.enough:
+            if not current.surface.enough:
                 poses[method] = trajectory.skip(view.index, "unreadable" if view.damage else "too_few_points")
             elif trajectory.last is None:
                 origin = view.index
                 poses[method] = trajectory.start(current)
             else:
-                pairs[method], target = _attach(method, current, trajectories, found, scale, settings, seed, watch)
+                pairs[method], target = steps.attach(method, current, trajectory, found)
                 poses[method] = trajectory.extend(current, pairs[method], target)  # (4.17)
-        correspondences = [matches for matches, _ in found.values()]
         result = ViewResult(
             view=view.index,
             name=view.name,
             stamp_ns=view.stamp_ns,
-            points=surface.points,
-            colors=surface.colors,
+            points=current.surface.points,
+            colors=current.surface.colors,
             keypoints=current.keypoints,
-            correspondences=correspondences[-1] if correspondences else None,
+            correspondences=_draw(current, found),
             pairs=pairs,
             poses=poses,
-            seconds=watch.seconds(),
+            seconds=watch.lap(),
             origin=origin,
             damage=view.damage,
         )
         records.append(ViewRecord.of(result))
         yield result
+    reconstruction = {method: trajectory.result(origin) for method, trajectory in trajectories.items()}
+    if "refined" in methods:
+        with watch("refine", "refined"):
+            reconstruction["refined"] = refine_jointly(
+                reconstruction["pairwise"], origin, shelf.get, steps.register_unguided, settings.pair, settings.graph
+            )
+    joint = watch.lap()
+    best = next((method for method in reversed(METHODS) if method in methods), None)
+    placed = {v.view: v.T_0_i for v in reconstruction[best].views if v.status == "ok"} if best else {}
     merging = time.perf_counter()
-    model = build_model(views, {method: t.poses() for method, t in trajectories.items()}, scale, settings.model)
+    model = build_model(views, placed, best, scale, info.sensor_origin, settings.model)
     ended = time.perf_counter()
     yield SessionResult(
         info=info,
@@ -83,9 +93,10 @@ def process(
         view_names=tuple(record.name for record in records),
         stamps_ns=tuple(record.stamp_ns for record in records),
         origin=origin,
-        reconstruction={method: t.result(origin) for method, t in trajectories.items()},
+        reconstruction={method: reconstruction[method] for method in METHODS if method in methods},
         model=model,
-        seconds=total(records, methods, ended - merging, ended - started),
+        turntable=fit_turntable(placed, settings.turntable),
+        seconds=total([*(record.seconds for record in records), joint], methods, ended - merging, ended - started),
         settings=asdict(settings),
         seed=seed,
         centroids={record.view: record.centroid for record in records if record.centroid},
@@ -93,83 +104,91 @@ def process(
     )
 
 
-def _describe(surface: Surface, scale: Scale, settings: Settings, watch: Stopwatch, methods: Sequence[str]) -> Prepared:
-    """Steps 1 and 2: ISS keypoints and their SHOT descriptors, for the methods that use them."""
-    how = settings.pair.refinement
-    if not (surface.enough and methods):
-        return Prepared(surface, np.empty((0, 3)), np.empty((0, 0)), how)
-    w = scale.working
-    with watch("keypoints", *methods):
-        radii = w * settings.keypoints.salient_radius, w * settings.keypoints.non_max_radius
-        indices, _ = detect_keypoints(surface.working, *radii, settings.keypoints)
-        keypoints = surface.working[indices]
-    with watch("descriptors", *methods):
-        descriptors, _ = describe(surface.working, surface.normals, keypoints, w * settings.shot.radius)
-    return Prepared(surface, keypoints, descriptors, how)
+@dataclass(frozen=True, eq=False)
+class _Steps:
+    """The steps of the method on one session: its scale and settings, and the watch that times them."""
+
+    scale: Scale | None
+    info: SessionInfo
+    settings: Settings
+    methods: tuple[str, ...]
+    seed: int
+    watch: Stopwatch
+
+    def prepare(self, view: View) -> Prepared:
+        """Steps 1 and 2: a view's surface, ISS keypoints and their SHOT descriptors, for the methods that use them."""
+        how, w = self.settings, self.scale.working if self.scale else 0.0
+        with self.watch("prepare", *self.methods):
+            surface = prepare(view, self.scale, self.info.sensor_origin, how.surface)
+        keypoints, descriptors, frames = np.empty((0, 3)), np.empty((0, 0)), np.empty((0, 3, 3))
+        if surface.enough and (users := self._users(_USE_FEATURES)):
+            with self.watch("keypoints", *users):
+                radii = w * how.keypoints.salient_radius, w * how.keypoints.non_max_radius
+                keypoints = surface.working[detect_keypoints(surface.working, *radii, how.keypoints)[0]]
+            with self.watch("descriptors", *users):
+                descriptors, frames = describe(surface.working, surface.normals, keypoints, w * how.shot.radius)
+        return Prepared(surface, keypoints, descriptors, frames, self.scale, how.pair.refinement)
+
+    def attach(
+        self, method: str, source: Prepared, trajectory: Trajectory, found: dict[Prepared, Matches]
+    ) -> tuple[PairEstimate, Placed]:
+        """Steps 3 to 5: the view registered to the first of a method's targets that it fits, else to the likeliest."""
+        attempts = []
+        for target in trajectory.targets:
+            pair = self.register(method, source, target.prepared, found, trajectory.step)
+            attempts.append((pair, target))
+            if pair.status == "ok":
+                break
+        order = {"ok": 2, "ambiguous": 1}
+        return max(reversed(attempts), key=lambda attempt: (order.get(attempt[0].status, 0), attempt[0].confidence))
+
+    def register(
+        self,
+        method: str,
+        source: Prepared,
+        target: Prepared,
+        found: dict[Prepared, Matches],
+        previous: np.ndarray | None = None,
+    ) -> PairEstimate:
+        """The pose of a pair by one method; `found` keeps the matches with a target for the method after it."""
+        how = self.settings.pair
+        if method == "icp":
+            with self.watch("icp", method):
+                return register_icp(source, target, how)
+        if target not in found:
+            found[target] = self.correspond(source, target)
+        if method == "ransac_icp":
+            with self.watch("icp", method):
+                return register_consensus(source, target, found[target], how)
+        with self.watch("refine", *self._users(("pairwise", "refined"))):
+            return register_competing(source, target, found[target], previous, how)
+
+    def register_unguided(self, source: Prepared, target: Prepared) -> PairEstimate:
+        """Any two views, for the joint refinement."""
+        return self.register("pairwise", source, target, {})
+
+    def correspond(self, source: Prepared, target: Prepared) -> Matches:
+        """Steps 3 and 4: matched descriptors, and the pose most of them agree on."""
+        how, users = self.settings, self._users(_USE_FEATURES)
+        with self.watch("matching", *users):
+            indices = match(source.descriptors, target.descriptors, how.matching)
+        with self.watch("ransac", *users):
+            points = source.keypoints[indices[:, 0]], target.keypoints[indices[:, 1]]
+            rng = np.random.default_rng((self.seed, _RANSAC, source.view, target.view))
+            consensus = estimate_pose(*points, self.scale.working * how.ransac.tolerance, how.ransac, rng)
+        return Matches(indices, consensus)
+
+    def _users(self, methods: Sequence[str]) -> list[str]:
+        return [method for method in self.methods if method in methods]
 
 
-def _attach(
-    method: str,
-    source: Prepared,
-    trajectories: Mapping[str, Trajectory],
-    found: dict[Prepared, Match],
-    scale: Scale,
-    settings: Settings,
-    seed: int,
-    watch: Stopwatch,
-) -> tuple[PairEstimate, Placed]:
-    """Steps 3 to 5: the view registered to the first of a method's targets that it fits, else to the likeliest."""
-    attempts = []
-    for target in trajectories[method].targets:
-        if method in _USE_FEATURES and target.prepared not in found:
-            users = [m for m, t in trajectories.items() if m in _USE_FEATURES and t.aims_at(target)]
-            found[target.prepared] = _correspond(source, target.prepared, scale, settings, seed, watch, users)
-        pair = _register(method, source, target.prepared, found.get(target.prepared), scale, settings, watch)
-        attempts.append((pair, target))
-        if pair.status == "ok":
-            break
-    return max(attempts, key=lambda attempt: (attempt[0].status == "ok", attempt[0].confidence))
-
-
-def _correspond(
-    source: Prepared,
-    target: Prepared,
-    scale: Scale,
-    settings: Settings,
-    seed: int,
-    watch: Stopwatch,
-    methods: Sequence[str],
-) -> Match:
-    """Steps 3 and 4: matched descriptors, and the pose most of them agree on."""
-    with watch("matching", *methods):
-        matches = match(source.descriptors, target.descriptors, settings.matching)
-        source_points, target_points = source.keypoints[matches[:, 0]], target.keypoints[matches[:, 1]]
-    pair = source.surface.view, target.surface.view
-    with watch("ransac", *methods):
-        rng = np.random.default_rng((seed, _RANSAC, *pair))
-        tolerance = scale.working * settings.ransac.tolerance
-        consensus = estimate_pose(source_points, target_points, tolerance, settings.ransac, rng)
-    inlier = np.zeros(len(matches), bool) if consensus is None else consensus.inlier
-    return Correspondences(*pair, source_points, target_points, inlier), consensus
-
-
-def _register(
-    method: str,
-    source: Prepared,
-    target: Prepared,
-    found: Match | None,
-    scale: Scale,
-    settings: Settings,
-    watch: Stopwatch,
-) -> PairEstimate:
-    """Step 5: the pose of a pair by one method."""
-    if method == "icp":
-        with watch("icp", method):
-            return register_icp(source, target, scale, settings.pair)
-    correspondences, consensus = found
-    matches = len(correspondences.inlier)
-    if method == "ransac_icp":
-        with watch("icp", method):
-            return register_consensus(source, target, matches, consensus, scale, settings.pair)
-    with watch("refine", method):
-        return register_competing(source, target, matches, consensus, scale, settings.pair)
+def _draw(source: Prepared, found: Mapping[Prepared, Matches]) -> Correspondences | None:
+    """The matches with the last target, each keypoint in its own view, for the review."""
+    if not found:
+        return None
+    target, matches = list(found.items())[-1]
+    pairs = matches.indices
+    inlier = np.zeros(len(pairs), bool) if matches.consensus is None else matches.consensus.inlier
+    return Correspondences(
+        source.view, target.view, source.keypoints[pairs[:, 0]], target.keypoints[pairs[:, 1]], inlier
+    )

@@ -9,10 +9,12 @@ from pydantic import TypeAdapter, ValidationError
 
 from processing.features.keypoints import KeypointSettings
 from processing.features.shot import ShotSettings
+from processing.reconstruction.graph import GraphSettings
 from processing.reconstruction.matching import MatchSettings
 from processing.reconstruction.model import ModelSettings
 from processing.reconstruction.pair import PairSettings
 from processing.reconstruction.ransac import RansacSettings
+from processing.reconstruction.turntable import TurntableSettings
 from processing.surface import SurfaceSettings
 from recorder.exceptions import InvalidOption
 
@@ -29,6 +31,8 @@ class Settings:
     matching: MatchSettings = field(default_factory=MatchSettings)
     ransac: RansacSettings = field(default_factory=RansacSettings)
     pair: PairSettings = field(default_factory=PairSettings)
+    graph: GraphSettings = field(default_factory=GraphSettings)
+    turntable: TurntableSettings = field(default_factory=TurntableSettings)
     model: ModelSettings = field(default_factory=ModelSettings)
 
 

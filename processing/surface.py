@@ -1,4 +1,4 @@
-"""A prepared view: its finite points, and the working cloud with normals that every later step looks at."""
+"""A prepared view: its finite points, the working cloud with normals, and the surface fitted to it."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from processing.features import grid
 from processing.features.normals import estimate_normals
+from processing.features.quadric import fit_quadrics
 from recorder import cloud
 from recorder.session import View, Views
 
@@ -14,11 +15,13 @@ from recorder.session import View, Views
 class SurfaceSettings:
     """How a view is prepared; no value is in the thesis."""
 
-    noise_factor: float = 1.5  # the working resolution is at least this times the noise ...
+    noise_factor: float = 2.5  # the working resolution is at least this times the noise ...
     diameter_share: float = 1 / 150  # ... and at least this share of the object's diameter
     scale_views: int = 5  # views looked at to choose it
     normal_radius: float = 4.0  # multiples of the working resolution
+    quadric_radius: float = 2.0  # the same, of the fitted quadrics, and at least as far as 32 neighbours reach
     min_points: int = 50  # fewer working points cannot be registered
+    kept_views: int = 40  # prepared views held in memory; others are prepared again when they are needed
 
 
 @dataclass(frozen=True)
@@ -26,8 +29,26 @@ class Scale:
     """The sizes of a scan, the same for all its views: descriptors of unequal radius cannot be compared."""
 
     working: float  # resolution w of the working clouds [m]
+    patch: float  # how far a neighbourhood of 32 points reaches in the clouds [m]
     noise: float  # standard deviation of a point along the surface's normal [m]
     diameter: float  # of a view [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Surfels:
+    """Points on a surface, denoised by quadrics fitted to all points of the view (see `fit_quadrics`)."""
+
+    points: np.ndarray  # (S, 3) float64
+    normals: np.ndarray  # (S, 3) float64, unit, towards the sensor
+    variances: np.ndarray  # (S,) [m^2] of the view's points about the surface, along the normal
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def thinned(self, most: int) -> "Surfels":
+        """Every n-th of them, no more than so many."""
+        step = slice(None, None, max(1, -(-len(self) // most)))
+        return Surfels(self.points[step], self.normals[step], self.variances[step])
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +60,8 @@ class Surface:
     colors: np.ndarray | None  # (N, 3) uint8
     working: np.ndarray  # (M, 3) float64, one point in a cell of side w
     normals: np.ndarray  # (M, 3) float64, towards the sensor; NaN where there are too few neighbours
+    surfels: Surfels  # the working points whose surface can be told
+    sensor_origin: np.ndarray | None  # (3,) metres, None where unknown
     enough: bool  # whether there are points enough to register
 
 
@@ -49,9 +72,10 @@ def choose_scale(views: Views, settings: SurfaceSettings) -> Scale | None:
     facts = [f for f in facts if f] or [f for f in (_facts(view, settings) for view in views) if f]
     if not facts:
         return None
-    resolution, noise, diameter = np.median([(f.resolution, f.noise, f.diameter) for f in facts], axis=0)
+    sizes = np.median([(f.resolution, f.patch, f.noise, f.diameter) for f in facts], axis=0)
+    resolution, patch, noise, diameter = map(float, sizes)
     working = max(resolution, settings.noise_factor * noise, settings.diameter_share * diameter)
-    return Scale(float(working), float(noise), float(diameter)) if working > 0 else None
+    return Scale(working, patch, noise, diameter) if working > 0 else None
 
 
 def _facts(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
@@ -64,10 +88,14 @@ def prepare(
 ) -> Surface:
     """The surface of a view at a scan's scale; normals face the sensor's origin (see `estimate_normals`)."""
     points, colors = cloud.finite(view.points, view.colors)
+    origin = None if sensor_origin is None else np.array(sensor_origin, dtype=np.float64)
     working = grid.cell_means(points, scale.working) if scale else np.empty((0, 3))
     if len(working) < settings.min_points:
-        return Surface(view.index, points, colors, working, np.full_like(working, np.nan), False)
-    radius = settings.normal_radius * scale.working
-    origin = None if sensor_origin is None else np.array(sensor_origin, dtype=np.float64)
-    normals = estimate_normals(working, radius, origin)
-    return Surface(view.index, points, colors, working, normals, True)
+        nothing = Surfels(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+        return Surface(view.index, points, colors, working, np.full_like(working, np.nan), nothing, origin, False)
+    normals = estimate_normals(working, settings.normal_radius * scale.working, origin)
+    radius = max(settings.quadric_radius * scale.working, scale.patch)
+    fitted, turned, variances = fit_quadrics(working, normals, points, radius)
+    known = np.isfinite(variances)
+    surfels = Surfels(fitted[known], turned[known], variances[known])
+    return Surface(view.index, points, colors, working, normals, surfels, origin, len(surfels) >= settings.min_points)

@@ -2,11 +2,9 @@
 
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
-
-from processing.results.records import ViewRecord
 
 STAGES = ("prepare", "keypoints", "descriptors", "matching", "ransac", "icp", "refine")
 
@@ -28,17 +26,19 @@ class Stopwatch:
             for method in methods:
                 self._seconds[method][stage] += elapsed
 
-    def seconds(self) -> dict[str, dict[str, float]]:
-        """Method -> stage -> seconds so far."""
-        return {method: dict(stages) for method, stages in self._seconds.items()}
+    def lap(self) -> dict[str, dict[str, float]]:
+        """Method -> stage -> seconds since the last lap."""
+        seconds = {method: dict(stages) for method, stages in self._seconds.items()}
+        self._seconds.clear()
+        return seconds
 
 
 def total(
-    records: Sequence[ViewRecord], methods: Sequence[str], outlier_removal: float, elapsed: float
+    laps: Sequence[Mapping[str, Mapping[str, float]]], methods: Sequence[str], outlier_removal: float, elapsed: float
 ) -> dict[str, Any]:
-    """The content of timings.json: seconds per method and stage over all views, of the model, and from start to end."""
+    """The content of timings.json: seconds per method and stage over all laps, of the model, and from start to end."""
     sums = {
-        method: {stage: sum(r.seconds.get(method, {}).get(stage, 0.0) for r in records) for stage in STAGES}
+        method: {stage: sum(lap.get(method, {}).get(stage, 0.0) for lap in laps) for stage in STAGES}
         for method in methods
     }
     timings = {method: {**stages, "total": sum(stages.values())} for method, stages in sums.items()}

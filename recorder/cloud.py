@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-SAMPLE = 2000  # points at which neighbourhoods are looked at
+SAMPLE = 800  # points at which neighbourhoods are looked at
 PATCH = 32  # neighbours of a noise patch
 COPIES = 3  # of a point that are looked past
 
@@ -20,6 +20,7 @@ class CloudFacts:
     diameter: float  # the diagonal of that box
     distance: float  # of the centroid from the frame's origin
     noise: float  # standard deviation along the surface's normal
+    patch: float  # median distance from a point to its PATCH-th neighbour: how far a neighbourhood of so many reaches
 
 
 def finite(points: np.ndarray, colors: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray | None]:
@@ -34,18 +35,20 @@ def measure(points: np.ndarray) -> CloudFacts:
     points = np.asarray(points, dtype=np.float64)
     if len(points) < 2:
         distance = float(np.linalg.norm(points.mean(axis=0))) if len(points) else 0.0
-        return CloudFacts(len(points), 0.0, (0.0, 0.0, 0.0), 0.0, distance, 0.0)
+        return CloudFacts(len(points), 0.0, (0.0, 0.0, 0.0), 0.0, distance, 0.0, 0.0)
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     extent = high - low
     tree = cKDTree(points)
     sample = points[:: max(1, len(points) // SAMPLE)]
+    noise, patch = _noise(points, tree, sample)
     return CloudFacts(
         points=len(points),
         resolution=_resolution(tree, sample),
         extent=(float(extent[0]), float(extent[1]), float(extent[2])),
         diameter=float(np.linalg.norm(extent)),
         distance=float(np.linalg.norm(points.mean(axis=0))),
-        noise=_noise(points, tree, sample),
+        noise=noise,
+        patch=patch,
     )
 
 
@@ -56,14 +59,15 @@ def _resolution(tree: cKDTree, sample: np.ndarray) -> float:
     return float(np.median(apart)) if len(apart) else 0.0
 
 
-def _noise(points: np.ndarray, tree: cKDTree, sample: np.ndarray) -> float:
-    """The median over patches of the residual of a quadric z = f(x, y) in the patch's own frame.
+def _noise(points: np.ndarray, tree: cKDTree, sample: np.ndarray) -> tuple[float, float]:
+    """(noise, patch): medians over patches of the residual of a quadric z = f(x, y) in the patch's own frame, and of
+    the patch's reach.
 
     A quadric, because a plane takes the object's curvature for noise.
     """
     if len(points) <= PATCH:
-        return 0.0
-    _, neighbours = tree.query(sample, k=PATCH)
+        return 0.0, 0.0
+    distances, neighbours = tree.query(sample, k=PATCH)
     patches = points[neighbours] - points[neighbours].mean(axis=1, keepdims=True)  # (S, K, 3)
     _, _, axes = np.linalg.svd(patches, full_matrices=False)
     local = np.einsum("skj,sij->ski", patches, axes)  # along the two spread axes, then the normal
@@ -75,4 +79,4 @@ def _noise(points: np.ndarray, tree: cKDTree, sample: np.ndarray) -> float:
     coefficients = np.linalg.solve(normal, np.einsum("ski,sk->si", A, z)[:, :, None])
     residual = (z - (A @ coefficients)[:, :, 0]) * scale[keep, None]
     sigma = np.sqrt((residual**2).sum(axis=1) / (PATCH - 6))
-    return float(np.median(sigma)) if len(sigma) else 0.0
+    return float(np.median(sigma)) if len(sigma) else 0.0, float(np.median(distances[:, -1]))

@@ -57,6 +57,12 @@ def rotation_angle(R: np.ndarray) -> float:
     return float(2 * np.arcsin(min(1.0, chordal / (2 * np.sqrt(2)))))
 
 
+def twist(R: np.ndarray, axis: np.ndarray) -> float:
+    """The angle [rad], -pi to pi, by which a rotation turns about a unit axis (3,): R is that turn and then a swing."""
+    x, y, z, w = Rotation.from_matrix(R).as_quat()
+    return float((2 * np.arctan2(x * axis[0] + y * axis[1] + z * axis[2], w) + np.pi) % (2 * np.pi) - np.pi)
+
+
 def check(T: np.ndarray, subject: str) -> np.ndarray:
     """T with its rotation projected onto SO(3).
 

@@ -35,23 +35,64 @@ def test_the_bunny_at_steps_of_45_degrees(bunny, tmp_path):
         assert median["icp"] > 5 * median["pairwise"]
 
 
-def test_no_pair_of_the_bunny_that_is_called_ok_is_wrong(bunny, tmp_path):
-    outcome = process_recording(bunny, Job(tmp_path, views="all", methods=("pairwise",)))
-    pairs = read_results(outcome.folder)["reconstruction"]["pairwise"]["pairs"]
-    called_ok = [pair for pair in pairs if pair["status"] == "ok"]
-    assert len(called_ok) >= 4
-    for pair in called_ok:
-        assert pair["rotation_error_deg"] < 5
-        assert pair["center_error_m"] < 0.01
+@pytest.fixture(scope="module")
+def whole_bunny(bunny, tmp_path_factory):
+    """The ten scans, of which only those of the ring are in a useful order."""
+    folder = tmp_path_factory.mktemp("whole_bunny")
+    return read_results(process_recording(bunny, Job(folder, views="all", methods=("pairwise", "refined"))).folder)
 
 
-def test_a_kinect_circle_without_truth(data, tmp_path):
-    recordings = convert(data / "washington" / "rgbd-dataset", tmp_path)
+def test_no_pair_of_the_bunny_that_is_called_ok_is_wrong(whole_bunny):
+    for found in whole_bunny["reconstruction"].values():
+        called_ok = [pair for pair in found["pairs"] if pair["status"] == "ok"]
+        assert len(called_ok) >= 4
+        for pair in called_ok:
+            assert pair["rotation_error_deg"] < 5
+            assert pair["center_error_m"] < 0.01
+
+
+def test_the_bunnys_ring_is_right_where_it_is_called_ok(whole_bunny):
+    names = whole_bunny["session"]["view_names"]
+    ring = [names.index(f"bun{angle:03d}") for angle in (0, 45, 90, 180, 270, 315)]
+    ring = {frozenset(pair) for pair in zip(ring, ring[1:] + ring[:1], strict=True)}
+    for method, least in (("pairwise", 2), ("refined", 3)):
+        pairs = whole_bunny["reconstruction"][method]["pairs"]
+        called_ok = [p for p in pairs if p["status"] == "ok" and frozenset((p["source"], p["target"])) in ring]
+        assert len(called_ok) >= least
+        for pair in called_ok:
+            assert pair["rotation_error_deg"] < 1.5, method
+            assert pair["center_error_m"] < 0.002, method
+
+
+def test_all_ten_scans_of_the_bunny_are_placed(whole_bunny):
+    views = whole_bunny["reconstruction"]["refined"]["views"]
+    assert len(views) == 10
+    for view in views:
+        assert view["T_0_i"] is not None, view
+        assert view["status"] == "ok", view
+        assert view["rotation_error_deg"] < 1, view
+
+
+@pytest.fixture(scope="module")
+def kinect(data, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("kinect")
+    return folder, convert(data / "washington" / "rgbd-dataset", folder)
+
+
+def test_a_kinect_circle_without_truth(kinect):
+    folder, recordings = kinect
     assert set(recordings) >= {"cap_1_1", "bell_pepper_1_1", "coffee_mug_2_1", "soda_can_2_1"}
-    outcome = process_recording(recordings["cap_1_1"], Job(tmp_path / "out", views="36", methods=("pairwise",)))
+    outcome = process_recording(recordings["cap_1_1"], Job(folder / "out", views="36", methods=("pairwise", "refined")))
     found = read_results(outcome.folder)
     views = found["reconstruction"]["pairwise"]["views"]
     assert len(views) == 36
     assert {view["translation_error_m"] for view in views} == {None}
     assert sum(view["status"] == "ok" for view in views) >= 34
+    refined = found["reconstruction"]["refined"]
+    assert [view["status"] for view in refined["views"]] == ["ok"] * 36
+    assert refined["loop_closed"]
+    deviations = found["turntable"]["deviations"]
+    assert len(deviations) == 36
+    assert max(deviation["wobble_deg"] for deviation in deviations) < 2
+    assert found["model"]["method"] == "refined"
     assert found["model"]["points"] > 10_000

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from processing.features.eigen import symmetric_eigen
-from processing.features.grid import build, rows_around
+from processing.features.grid import Cells, build, rows_around
 from processing.features.moments import moments_around
 from processing.features.parallel import kernel, over_slices
 
@@ -36,7 +36,7 @@ def detect_keypoints(
         _saliency,
         len(points),
         wide.points,
-        wide.keys,
+        wide.cells,
         wide.low,
         wide.cell,
         float(salient_radius),
@@ -51,7 +51,7 @@ def detect_keypoints(
         _is_largest,
         len(points),
         narrow.points,
-        narrow.keys,
+        narrow.cells,
         narrow.low,
         narrow.cell,
         float(non_max_radius),
@@ -69,7 +69,7 @@ def _saliency(
     start: int,
     stop: int,
     points: np.ndarray,
-    keys: np.ndarray,
+    cells: Cells,
     low: np.ndarray,
     cell: float,
     radius: float,
@@ -82,7 +82,7 @@ def _saliency(
     sums, S, vectors = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for i in range(start, stop):
         saliency[i] = 0.0
-        if moments_around(points, keys, low, cell, i, radius, sums, S) >= min_neighbours:
+        if moments_around(points, cells, low, cell, i, radius, sums, S) >= min_neighbours:
             e3, e2, e1 = symmetric_eigen(S, vectors)
             if e3 > 0.0 and e2 < gamma_21 * e1 and e3 < gamma_32 * e2:
                 saliency[i] = e3
@@ -93,7 +93,7 @@ def _is_largest(
     start: int,
     stop: int,
     points: np.ndarray,
-    keys: np.ndarray,
+    cells: Cells,
     low: np.ndarray,
     cell: float,
     radius: float,
@@ -107,7 +107,7 @@ def _is_largest(
         largest[i] = False
         if saliency[i] <= 0.0:
             continue
-        rows_around(keys, low, cell, points[i], rows)
+        rows_around(cells, low, cell, points[i], rows)
         largest[i] = _is_largest_at(points, i, radius, saliency, rows) >= min_neighbours
 
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from processing.features.grid import rows_around
+from processing.features.grid import Cells, rows_around
 from processing.features.parallel import kernel
 
 
 @kernel
 def moments_around(
     points: np.ndarray,
-    keys: np.ndarray,
+    cells: Cells,
     low: np.ndarray,
     cell: float,
     i: int,
@@ -20,7 +20,7 @@ def moments_around(
     """How many points lie in the ball about point i; fill first (3,) and second (3, 3): sums of d and of d d^t."""
     rows = np.empty((9, 2), np.int64)
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-    rows_around(keys, low, cell, points[i], rows)
+    rows_around(cells, low, cell, points[i], rows)
     count = 0
     sx = sy = sz = sxx = sxy = sxz = syy = syz = szz = 0.0
     for r in range(9):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from processing.features.eigen import symmetric_eigen
-from processing.features.grid import build
+from processing.features.grid import Cells, build
 from processing.features.moments import moments_around
 from processing.features.parallel import kernel, over_slices
 
@@ -20,7 +20,7 @@ def estimate_normals(points: np.ndarray, radius: float, sensor_origin: np.ndarra
     away = sensor_origin is None
     towards = grid.points.mean(axis=0) if away else np.asarray(sensor_origin, dtype=np.float64)
     found, normals = np.empty_like(grid.points), np.empty_like(grid.points)
-    arguments = (grid.points, grid.keys, grid.low, grid.cell, float(radius), towards, away, found)
+    arguments = (grid.points, grid.cells, grid.low, grid.cell, float(radius), towards, away, found)
     over_slices(_normals, len(points), *arguments)
     normals[grid.order] = found
     return normals
@@ -31,7 +31,7 @@ def _normals(
     start: int,
     stop: int,
     points: np.ndarray,
-    keys: np.ndarray,
+    cells: Cells,
     low: np.ndarray,
     cell: float,
     radius: float,
@@ -42,7 +42,7 @@ def _normals(
     """Fill the rows [start, stop) of normals (N, 3)."""
     sums, C, vectors = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for i in range(start, stop):
-        count = moments_around(points, keys, low, cell, i, radius, sums, C)
+        count = moments_around(points, cells, low, cell, i, radius, sums, C)
         if count < MIN_NEIGHBOURS:
             for k in range(3):
                 normals[i, k] = np.nan

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import Any
 
 from numba import get_num_threads, njit
@@ -23,6 +24,10 @@ def over_slices(function: Callable[..., None], count: int, *arguments: Any) -> N
     if threads == 1 or len(slices) < 2:
         function(0, count, *arguments)
         return
-    with ThreadPoolExecutor(threads) as pool:
-        for running in [pool.submit(function, *bounds, *arguments) for bounds in slices]:
-            running.result()
+    for running in [_pool(threads).submit(function, *bounds, *arguments) for bounds in slices]:
+        running.result()
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads)

@@ -6,7 +6,7 @@ each; the distance, f4, is not used. Not part of the registration: for compariso
 
 import numpy as np
 
-from processing.features.grid import build, rows_around
+from processing.features.grid import Cells, build, rows_around
 from processing.features.parallel import kernel, over_slices
 
 STEPS = 5  # of each angle
@@ -29,7 +29,7 @@ def describe(points: np.ndarray, normals: np.ndarray, keypoints: np.ndarray, rad
     sorted_normals = np.ascontiguousarray(normals[known][grid.order], dtype=np.float32)
     keypoints = np.ascontiguousarray(keypoints, dtype=np.float64)
     descriptors = np.empty((len(keypoints), LENGTH), np.float32)
-    arguments = (grid.points, grid.keys, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
+    arguments = (grid.points, grid.cells, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
     over_slices(_describe, len(keypoints), *arguments, descriptors)
     return descriptors
 
@@ -39,7 +39,7 @@ def _describe(
     start: int,
     stop: int,
     points: np.ndarray,
-    keys: np.ndarray,
+    cells: Cells,
     low: np.ndarray,
     cell: float,
     normals: np.ndarray,
@@ -51,7 +51,7 @@ def _describe(
     rows = np.empty((9, 2), np.int64)
     for i in range(start, stop):
         px, py, pz = keypoints[i, 0], keypoints[i, 1], keypoints[i, 2]
-        rows_around(keys, low, cell, keypoints[i], rows)
+        rows_around(cells, low, cell, keypoints[i], rows)
         most = 0
         for r in range(9):
             most += rows[r, 1] - rows[r, 0]

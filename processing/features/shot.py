@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from processing.features.eigen import symmetric_eigen
-from processing.features.grid import build, rows_around
+from processing.features.grid import Cells, build, rows_around
 from processing.features.parallel import kernel, over_slices
 
 LENGTH = 352
@@ -23,7 +23,7 @@ _MIN_FRAME_NEIGHBOURS = 5
 class ShotSettings:
     """Multiples of the working resolution w; not in the thesis."""
 
-    radius: float = 20.0
+    radius: float = 15.0
 
 
 def describe(
@@ -39,7 +39,7 @@ def describe(
     keypoints = np.ascontiguousarray(keypoints, dtype=np.float64)
     descriptors = np.empty((len(keypoints), LENGTH), np.float32)
     frames = np.empty((len(keypoints), 3, 3))
-    arguments = (grid.points, grid.keys, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
+    arguments = (grid.points, grid.cells, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
     over_slices(_describe, len(keypoints), *arguments, frames, descriptors)
     return descriptors, frames
 
@@ -49,7 +49,7 @@ def _describe(
     start: int,
     stop: int,
     points: np.ndarray,
-    keys: np.ndarray,
+    cells: Cells,
     low: np.ndarray,
     cell: float,
     normals: np.ndarray,
@@ -62,7 +62,7 @@ def _describe(
     rows = np.empty((9, 2), np.int64)
     histogram = np.empty(LENGTH)
     for i in range(start, stop):
-        rows_around(keys, low, cell, keypoints[i], rows)
+        rows_around(cells, low, cell, keypoints[i], rows)
         most = 0
         for r in range(9):
             most += rows[r, 1] - rows[r, 0]

@@ -12,10 +12,11 @@ class MatchSettings:
     """What counts as a match; no value is in the thesis."""
 
     max_distance: float = 0.9  # between unit descriptors, 0 to 2
+    nearest: int = 1  # target descriptors that each source descriptor is matched to
 
 
 def match(source: np.ndarray, target: np.ndarray, settings: MatchSettings) -> np.ndarray:
-    """Index pairs (M, 2) int: each source descriptor (K, D) and the nearest target descriptor (L, D), nearest first.
+    """Index pairs (M, 2) int: each source descriptor (K, D) and the nearest target descriptors (L, D), nearest first.
 
     Only pairs closer than the threshold; rows of NaN match nothing. Exhaustive, as a matrix product: in 352 dimensions
     a kd-tree visits nearly every leaf.
@@ -26,11 +27,16 @@ def match(source: np.ndarray, target: np.ndarray, settings: MatchSettings) -> np
         return np.empty((0, 2), np.int64)
     with _blas().limit(limits=1, user_api="blas"):  # the sums' order may not depend on the number of threads
         cosine = source[source_valid] @ target[target_valid].T
-    nearest = cosine.argmax(axis=1)
-    distance = np.sqrt(np.maximum(0.0, 2.0 - 2.0 * cosine[np.arange(len(nearest)), nearest]))
+    if settings.nearest == 1:
+        nearest = cosine.argmax(axis=1)[:, None]
+    else:
+        nearest = np.argsort(-cosine, axis=1, kind="stable")[:, : settings.nearest]
+    rows = np.repeat(np.arange(len(cosine)), nearest.shape[1])
+    columns = nearest.ravel()
+    distance = np.sqrt(np.maximum(0.0, 2.0 - 2.0 * cosine[rows, columns]))
     order = np.argsort(distance, kind="stable")
     order = order[distance[order] < settings.max_distance]
-    return np.stack([source_valid[order], target_valid[nearest[order]]], axis=1)
+    return np.stack([source_valid[rows[order]], target_valid[columns[order]]], axis=1)
 
 
 @cache

@@ -1,14 +1,15 @@
 """The whole object: the placed views merged, statistical outliers removed (thesis 4.4)."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import get_num_threads
 from scipy.spatial import cKDTree
 
 from processing.features.grid import cell_means
-from processing.results.records import METHODS, Model
+from processing.reconstruction.mesh import MeshSettings, reconstruct_mesh
+from processing.results.records import Model
 from processing.surface import Scale
 from recorder import cloud, poses
 from recorder.session import View
@@ -23,51 +24,66 @@ class ModelSettings:
     resolution: float = 1.0
     neighbours: int = 20
     deviations: float = 2.0  # points whose neighbours are farther than mean + k standard deviations go
+    mesh: MeshSettings = field(default_factory=MeshSettings)
 
 
 def build_model(
     views: Iterable[View],
-    poses_of: Mapping[str, Mapping[int, np.ndarray]],
+    T_0: Mapping[int, np.ndarray],
+    method: str | None,
     scale: Scale | None,
+    sensor_origin: tuple[float, ...] | None,
     settings: ModelSettings,
 ) -> Model | None:
-    """The model by the best method run, of the views it placed (method -> view -> T_0_i); None without any."""
-    method = next((m for m in reversed(METHODS) if m in poses_of), None)
-    if scale is None or method is None or not poses_of[method]:
+    """The model of the views that a method placed (T_0_i by view); None without any."""
+    if scale is None or method is None or not T_0:
         return None
-    merged = merge(views, poses_of[method], settings.resolution * scale.working)
-    return remove_outliers(merged, method, settings)
+    resolution = settings.resolution * scale.working
+    merged = merge(views, T_0, sensor_origin, resolution)
+    kept = find_inliers(merged[:, :3], settings)
+    rows, removed = merged[kept], merged[~kept, :3].astype(np.float32)
+    points, towards = rows[:, :3], rows[:, 3:6]
+    colors = np.rint(rows[:, 6:9]).astype(np.uint8) if rows.shape[1] >= 9 else None
+    mesh = reconstruct_mesh(points, towards, colors, resolution, settings.mesh) if settings.mesh.wanted else None
+    return Model(method, points.astype(np.float32), colors, removed, mesh)
 
 
-def merge(views: Iterable[View], T_0: Mapping[int, np.ndarray], resolution: float) -> np.ndarray:
-    """The points of the views that have a pose T_0_i, one in a cell [m]: (N, 3), or (N, 6) with red, green, blue.
+def merge(
+    views: Iterable[View], T_0: Mapping[int, np.ndarray], sensor_origin: tuple[float, ...] | None, resolution: float
+) -> np.ndarray:
+    """The points of the views that have a pose T_0_i, one in a cell [m], each with the direction it was seen from.
 
-    Colours only where every view has them.
+    (N, 6), or (N, 9) with red, green, blue, where every view has them. Where the sensor's place is unknown, a point was
+    seen from outside its view's centroid.
     """
     merged: list[np.ndarray] = []
     for view in views:
         if view.index not in T_0:
             continue
         points, colors = cloud.finite(view.points, view.colors)
-        merged.append(cell_means(poses.transform(T_0[view.index], points), resolution, colors))
+        if not len(points):
+            continue
+        towards = points - points.mean(axis=0) if sensor_origin is None else np.array(sensor_origin) - points
+        towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-12)
+        T = T_0[view.index]
+        attributes = [poses.transform(poses.make(T[:3, :3], np.zeros(3)), towards)]
+        attributes += [] if colors is None else [colors]
+        merged.append(cell_means(poses.transform(T, points), resolution, np.hstack(attributes)))
         if sum(map(len, merged)) > _MERGE_EVERY:
             merged = [_join(merged, resolution)]
     return _join(merged, resolution)
 
 
+def find_inliers(points: np.ndarray, settings: ModelSettings) -> np.ndarray:
+    """Which points (N, 3) are no farther from their neighbours than mean + k standard deviations: (N,) bool (4.4)."""
+    if len(points) <= settings.neighbours:
+        return np.ones(len(points), bool)
+    distances, _ = cKDTree(points).query(points, settings.neighbours + 1, workers=get_num_threads())
+    apart = distances[:, 1:].mean(axis=1)  # the nearest is the point itself
+    return apart <= apart.mean() + settings.deviations * apart.std()
+
+
 def _join(clouds: list[np.ndarray], resolution: float) -> np.ndarray:
-    width = min((rows.shape[1] for rows in clouds), default=3)
-    rows = np.concatenate([rows[:, :width] for rows in clouds]) if clouds else np.empty((0, 3))
+    width = min((rows.shape[1] for rows in clouds), default=6)
+    rows = np.concatenate([rows[:, :width] for rows in clouds]) if clouds else np.empty((0, 6))
     return cell_means(rows[:, :3], resolution, rows[:, 3:])
-
-
-def remove_outliers(merged: np.ndarray, method: str, settings: ModelSettings) -> Model:
-    """The merged rows as a model, without points farther from their neighbours than mean + k standard deviations."""
-    points = merged[:, :3]
-    kept = np.ones(len(merged), bool)
-    if len(merged) > settings.neighbours:
-        distances, _ = cKDTree(points).query(points, settings.neighbours + 1, workers=get_num_threads())
-        apart = distances[:, 1:].mean(axis=1)  # the nearest is the point itself
-        kept = apart <= apart.mean() + settings.deviations * apart.std()
-    colors = np.rint(merged[kept, 3:6]).astype(np.uint8) if merged.shape[1] >= 6 else None
-    return Model(method, points[kept].astype(np.float32), colors, points[~kept].astype(np.float32))

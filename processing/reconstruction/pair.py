@@ -1,174 +1,282 @@
 """One pair of views, source to target, by each method of the thesis and by ours."""
 
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from processing.reconstruction import judgement, refinement
 from processing.reconstruction.judgement import Judgement, JudgementSettings
+from processing.reconstruction.matching import MatchSettings, match
+from processing.reconstruction.prepared import Prepared
 from processing.reconstruction.ransac import Consensus
-from processing.reconstruction.refinement import Refined, RefinementSettings, SearchableCloud
-from processing.results.records import Candidate, Evidence, PairEstimate
-from processing.surface import Scale, Surface
+from processing.reconstruction.refinement import Refined, RefinementSettings
+from processing.reconstruction.starts import StartSettings, propose
+from processing.reconstruction.symmetry import (
+    Motion,
+    SymmetrySettings,
+    find_freedoms,
+    hold,
+    take_out,
+    turned_around,
+    weak_motions,
+)
+from processing.reconstruction.turntable import turn_by_step
+from processing.results.records import Candidate, Evidence, Freedom, PairEstimate
+from processing.surface import Surfels
+
+_STEP_DEVIATION_DEG = 0.2  # of a turntable's step that the user knows
+_STEP_MISFIT = 1.5  # times that of the pose without that knowledge: what fits worse contradicts the user
 
 
 @dataclass(frozen=True)
 class PairSettings:
-    """How a pose is refined, and when it is believed."""
+    """How starts compete, how a pose is refined, and when it is believed."""
 
+    starts: tuple[str, ...] = ("identity", "previous", "consensus")  # what competes
+    step_deg: float | None = None  # from one recorded view to the next, where the user knows it; see `turn_by_step`
+    rivals: int = 3  # poses refined on all surfels, at most
+    proposals: StartSettings = field(default_factory=StartSettings)
+    thorough: StartSettings = field(  # where nothing is found at a first look
+        default_factory=lambda: StartSettings(hypotheses=3000, worth=0.0, most=16)
+    )
+    thorough_matching: MatchSettings = field(default_factory=lambda: MatchSettings(nearest=2))
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
     judgement: JudgementSettings = field(default_factory=JudgementSettings)
+    symmetry: SymmetrySettings = field(default_factory=SymmetrySettings)
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
-    """A view with everything registration asks of it; search structures are built when a method first needs them."""
+class Matches:
+    """Corresponding keypoints of a pair, and the pose most of them agree on."""
 
-    surface: Surface
-    keypoints: np.ndarray  # (K, 3)
-    descriptors: np.ndarray  # (K, 352), NaN rows where the local frame is not valid
-    settings: RefinementSettings
+    indices: np.ndarray  # (M, 2) of keypoints, source and target
+    consensus: Consensus | None
 
-    @cached_property
-    def tree(self) -> cKDTree:
-        """Of the working points."""
-        return cKDTree(self.surface.working)
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A pose that competes: where it started, where it ended, and how far the views agree there."""
+
+    start: str
+    refined: Refined
+    judged: Judgement
 
     @property
-    def few(self) -> slice:
-        """Which working points stand for all of them while starts compete."""
-        return slice(None, None, max(1, len(self.surface.working) // self.settings.coarse_points))
-
-    @cached_property
-    def coarse(self) -> SearchableCloud:
-        """Of the few."""
-        return refinement.make_searchable(self.surface.working[self.few], self.settings.neighbours)
-
-    @cached_property
-    def fine(self) -> SearchableCloud:
-        """All points."""
-        return refinement.make_searchable(self.surface.points, self.settings.neighbours)
+    def T(self) -> np.ndarray:
+        """T_target_source."""
+        return self.refined.T_target_source
 
 
-def register_icp(source: Prepared, target: Prepared, scale: Scale, settings: PairSettings) -> PairEstimate:
+def register_icp(source: Prepared, target: Prepared, settings: PairSettings) -> PairEstimate:
     """The thesis's baseline (5.2): point-to-point ICP from the identity."""
-    return _point_to_point(np.eye(4), source, target, scale, settings, {})
+    return _point_to_point(np.eye(4), source, target, settings, {})
 
 
-def register_consensus(
-    source: Prepared,
-    target: Prepared,
-    matches: int,
-    consensus: Consensus | None,
-    scale: Scale,
-    settings: PairSettings,
-) -> PairEstimate:
+def register_consensus(source: Prepared, target: Prepared, found: Matches, settings: PairSettings) -> PairEstimate:
     """The thesis's method (4.2-4.3): the same ICP from the consensus set's pose; no estimate without one."""
-    features = _feature_evidence(source, matches, consensus)
-    if consensus is None:
-        return _no_estimate(source, target, _why_no_consensus(source, target, matches), features)
-    return _point_to_point(consensus.T_target_source, source, target, scale, settings, features)
+    features = _feature_evidence(source, found)
+    if found.consensus is None:
+        status = _why_no_consensus(source, target, found)
+        evidence = Evidence(points=len(source.surface.working), **features)
+        return PairEstimate(source.view, target.view, None, status, 0.0, evidence)
+    return _point_to_point(found.consensus.T_target_source, source, target, settings, features)
 
 
 def register_competing(
+    source: Prepared, target: Prepared, found: Matches, previous: np.ndarray | None, settings: PairSettings
+) -> PairEstimate:
+    """Ours: starts compete, geometry judges where alignment takes them, the winner is aligned on all surfels.
+
+    The starts are the identity, the previous step of the camera and the consensus sets of the correspondences.
+    """
+    starts = {"identity": np.eye(4)} | ({} if previous is None else {"previous": previous})
+    features = _feature_evidence(source, found)
+    if "consensus" not in settings.starts:
+        starts = {name: T for name, T in starts.items() if name in settings.starts}
+        return register_from(starts, source, target, settings, features)
+    if found.consensus is not None:
+        starts["ransac"] = found.consensus.T_target_source
+    starts |= _name(propose(source, target, found.indices, settings.proposals))
+    first = register_from(starts, source, target, settings, features)
+    if first.status in ("ok", "ambiguous"):
+        return first
+    # Nothing fits: look again, at more matches and more of the poses that they propose.
+    more = match(source.descriptors, target.descriptors, settings.thorough_matching)
+    starts = _name(propose(source, target, more, settings.thorough))
+    second = register_from(starts, source, target, settings, features) if starts else first
+    return second if (second.status in ("ok", "ambiguous"), second.confidence) > (False, first.confidence) else first
+
+
+def _name(proposed: np.ndarray) -> dict[str, np.ndarray]:
+    return {f"consensus {i}": T for i, T in enumerate(proposed)}
+
+
+def register_from(
+    starts: Mapping[str, np.ndarray],
     source: Prepared,
     target: Prepared,
-    matches: int,
-    consensus: Consensus | None,
-    scale: Scale,
     settings: PairSettings,
+    features: Mapping[str, float | int] | None = None,
 ) -> PairEstimate:
-    """Ours: starts are refined coarsely by generalised ICP, geometry chooses, the winner is refined on all points."""
-    starts = {"identity": np.eye(4)}
-    if consensus is not None:
-        starts["consensus"] = consensus.T_target_source
-    w, how, belief = scale.working, settings.refinement, settings.judgement
-    trials = []
-    for start, T in starts.items():
-        refined = refinement.generalized_icp(
-            source.coarse, target.fine, T, how.coarse_gate * w, how.coarse_iterations, how.coarse_still
-        )
-        found = _judge(refined.T_target_source, source, target, scale, settings, source.few)
-        trials.append((start, refined, found))
-    trials.sort(key=lambda trial: -trial[2].score)
-    finals: list[tuple[Refined, Judgement]] = []
-    for _, refined, found in trials:
-        if any(not _distinct(refined, other, source, scale, belief) for other, _ in finals):
-            continue  # ends where a better start ended
-        if finals and found.score < belief.rival_score * trials[0][2].score:
-            break
-        if found.score >= belief.min_score:  # where surfaces hardly meet there is nothing to refine on
-            refined = refinement.generalized_icp(
-                source.fine,
-                target.fine,
-                refined.T_target_source,
-                how.fine_gate * w,
-                how.fine_iterations,
-                how.fine_still,
-            )
-        finals.append((refined, _judge(refined.T_target_source, source, target, scale, settings)))
-    finals.sort(key=lambda final: -final[1].score)
-    best, found = finals[0]
-    rival = max((j.score for r, j in finals[1:] if _distinct(r, best, source, scale, belief)), default=0.0)
-    status = judgement.status_of(found, scale, belief)
-    if status == "ok" and rival > belief.ambiguous_score * found.score:
+    """The best pose that any of the named starts T_target_source leads to, with what competes with it."""
+    belief = settings.judgement
+    trials = _try(starts, source, target, settings)
+    trials = _distinct(
+        [*trials, *_try(_around(trials, source, target, settings), source, target, settings)], source, belief
+    )
+    finals = _refine(trials, source, target, settings)
+    motions, nearly_slides = _weak_motions(finals[0], source.surface.surfels, target, settings)
+    freedoms: tuple[Freedom, ...] = ()
+    if nearly_slides and finals[0].judged.score >= belief.min_score:
+        freedoms = find_freedoms(finals[0].T, motions, source, target, settings.refinement, belief, settings.symmetry)
+    best = finals[0]
+    rivals = [f for f in finals[1:] if _is_rival(f, best, freedoms, source, belief)]
+    equal = [f for f in rivals if judgement.as_good(f.judged, best.judged, belief)]
+    if freedoms and settings.step_deg is not None:
+        best, freedoms = _use_step(best, freedoms, source, target, settings)
+    status = judgement.status_of(best.judged, belief, nearly_slides)
+    if status == "ok" and (freedoms or equal):
         status = "ambiguous"
     return PairEstimate(
-        source.surface.view,
-        target.surface.view,
-        best.T_target_source,
+        source.view,
+        target.view,
+        best.T,
         status,
-        judgement.confidence(found, rival),
-        _evidence(source, best, found, _feature_evidence(source, matches, consensus)),
-        tuple(
-            Candidate(start, judgement.status_of(judged, scale, belief), judged.score) for start, _, judged in trials
-        ),
+        judgement.confidence(best.judged, max((f.judged.score for f in rivals), default=0.0)),
+        _evidence(source, best, motions[0].information if motions else None, features or {}),
+        tuple(Candidate(t.start, judgement.status_of(t.judged, settings.judgement), t.judged.score) for t in trials),
+        information=best.refined.information,
+        center=best.refined.center,
+        freedoms=freedoms,
+        alternatives=tuple(f.T for f in equal),
     )
+
+
+def _weak_motions(
+    trial: Trial, surfels: Surfels, target: Prepared, settings: PairSettings
+) -> tuple[list[Motion], bool]:
+    """The motions of a pair, the least determined first, and whether that one is hardly determined."""
+    motions = weak_motions(trial.T, surfels, target, settings.judgement.gate * target.scale.working)
+    return motions, bool(motions) and motions[0].information < settings.symmetry.suspicious
+
+
+def _around(
+    trials: Sequence[Trial], source: Prepared, target: Prepared, settings: PairSettings
+) -> dict[str, np.ndarray]:
+    """More starts where the best trials nearly slide: the right pose may be farther along the way."""
+    starts: dict[str, np.ndarray] = {}
+    for trial in trials[: settings.rivals]:
+        motions, nearly_slides = _weak_motions(trial, source.few, target, settings)
+        if nearly_slides and trial.judged.score >= settings.judgement.min_score:
+            around = turned_around(trial.T, motions, source, target, settings.proposals, settings.symmetry)
+            starts |= {f"{trial.start}, {turn}": T for turn, T in around.items()}
+    return starts
+
+
+def _use_step(
+    best: Trial, freedoms: tuple[Freedom, ...], source: Prepared, target: Prepared, settings: PairSettings
+) -> tuple[Trial, tuple[Freedom, ...]]:
+    """A pose turned along its free turn to where the user knows it to be, if the views agree; what is still free."""
+    turn = next((freedom for freedom in freedoms if freedom.kind == "turn"), None)
+    if turn is None:
+        return best, freedoms
+    T = turn_by_step(best.T, turn, settings.step_deg * (source.view - target.view))
+    judged = judgement.judge(T, source, target, settings.judgement)
+    close = judged.misfit <= _STEP_MISFIT * best.judged.misfit
+    if not close or judgement.status_of(judged, settings.judgement, nearly_slides=True) != "ok":
+        return best, freedoms
+    known = hold(best.refined.information, best.refined.center, turn, np.radians(_STEP_DEVIATION_DEG))
+    refined = replace(best.refined, T_target_source=T, information=known)
+    return Trial("step", refined, judged), tuple(freedom for freedom in freedoms if freedom is not turn)
+
+
+def _try(starts: Mapping[str, np.ndarray], source: Prepared, target: Prepared, settings: PairSettings) -> list[Trial]:
+    """Where a few surfels take each start, best first; those that end together once."""
+    if not starts:
+        return []
+    w, how = source.scale.working, settings.refinement
+    ends = refinement.align_coarsely(
+        source.few, target.coarse, np.array(list(starts.values())), how.coarse_gate * w, how.coarse_deviation * w,
+        how.coarse_iterations, how.coarse_still * source.scale.diameter,
+    )  # fmt: skip
+    trials = [
+        Trial(name, Refined(T, True), judgement.judge(T, source, target, settings.judgement, few=True))
+        for name, T in zip(starts, ends, strict=True)
+    ]
+    return _distinct(trials, source, settings.judgement)
+
+
+def _refine(trials: Sequence[Trial], source: Prepared, target: Prepared, settings: PairSettings) -> list[Trial]:
+    """The trials that come near the best one, refined on all surfels; best first."""
+    scale, belief = source.scale, settings.judgement
+    refined: list[Trial] = []
+    least = belief.rival_score * trials[0].judged.score
+    for trial in trials[: settings.rivals]:
+        known = any(not _apart(trial, other, source, belief) for other in refined)
+        if known or (refined and trial.judged.score < least):
+            continue
+        if trial.judged.score < belief.min_score:  # where surfaces hardly meet there is nothing to refine on
+            refined.append(trial)
+            continue
+        ended = refinement.align(
+            source.surface.surfels, source.few, target.fine, trial.T, scale.working, scale.diameter, settings.refinement
+        )
+        judged = judgement.judge(ended.T_target_source, source, target, belief)
+        refined.append(Trial(trial.start, ended, judged))
+    return _distinct(refined, source, belief)
+
+
+def _distinct(trials: Sequence[Trial], source: Prepared, settings: JudgementSettings) -> list[Trial]:
+    kept: list[Trial] = []
+    for trial in sorted(trials, key=lambda trial: -trial.judged.score):
+        if all(_apart(trial, other, source, settings) for other in kept):
+            kept.append(trial)
+    return kept
+
+
+def _apart(a: Trial, b: Trial, source: Prepared, settings: JudgementSettings) -> bool:
+    return judgement.distance(a.T, b.T, source, settings) > 1.0
+
+
+def _is_rival(
+    trial: Trial, best: Trial, freedoms: Sequence[Freedom], source: Prepared, settings: JudgementSettings
+) -> bool:
+    """Whether a pose differs from the best by more than the motions that are free anyway."""
+    center = (best.T @ np.append(source.few.points.mean(axis=0), 1.0))[:3]
+    T = take_out(trial.T @ np.linalg.inv(best.T), freedoms, center) @ best.T
+    return judgement.distance(T, best.T, source, settings) > 1.0
 
 
 def _point_to_point(
     start: np.ndarray,
     source: Prepared,
     target: Prepared,
-    scale: Scale,
     settings: PairSettings,
-    features: dict[str, float | int],
+    features: Mapping[str, float | int],
 ) -> PairEstimate:
-    w, how = scale.working, settings.refinement
-    refined = refinement.icp(
-        source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, how.icp_still * scale.diameter
-    )
-    found = _judge(refined.T_target_source, source, target, scale, settings)
+    w, how = source.scale.working, settings.refinement
+    still = how.icp_still * source.scale.diameter
+    refined = refinement.icp(source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, still)
+    judged = judgement.judge(refined.T_target_source, source, target, settings.judgement)
+    trial = Trial("", refined, judged)
+    motions = weak_motions(trial.T, source.surface.surfels, target, settings.judgement.gate * w)
+    status = judgement.status_of(judged, settings.judgement)
+    if status == "ok" and motions[0].information < settings.symmetry.free:
+        status = "ambiguous"
     return PairEstimate(
-        source.surface.view,
-        target.surface.view,
-        refined.T_target_source,
-        judgement.status_of(found, scale, settings.judgement),
-        judgement.confidence(found, 0.0),
-        _evidence(source, refined, found, features),
+        source.view,
+        target.view,
+        trial.T,
+        status,
+        judgement.confidence(judged, 0.0),
+        _evidence(source, trial, motions[0].information if motions else None, features),
     )
 
 
-def _judge(
-    T: np.ndarray,
-    source: Prepared,
-    target: Prepared,
-    scale: Scale,
-    settings: PairSettings,
-    chosen: slice = slice(None),
-) -> Judgement:
-    return judgement.judge(T, source.surface, target.surface, target.tree, scale, settings.judgement, chosen)
-
-
-def _distinct(a: Refined, b: Refined, source: Prepared, scale: Scale, settings: JudgementSettings) -> bool:
-    center = source.surface.working.mean(axis=0)
-    return judgement.distinct(a.T_target_source, b.T_target_source, center, scale, settings)
-
-
-def _feature_evidence(source: Prepared, matches: int, consensus: Consensus | None) -> dict[str, float | int]:
-    inliers = 0 if consensus is None else int(consensus.inlier.sum())
+def _feature_evidence(source: Prepared, found: Matches) -> dict[str, float | int]:
+    matches = len(found.indices)
+    inliers = 0 if found.consensus is None else int(found.consensus.inlier.sum())
     return {
         "keypoints": len(source.keypoints),
         "valid_frames": int(np.isfinite(source.descriptors[:, 0]).sum()),
@@ -178,23 +286,24 @@ def _feature_evidence(source: Prepared, matches: int, consensus: Consensus | Non
     }
 
 
-def _evidence(source: Prepared, refined: Refined, found: Judgement, features: dict[str, float | int]) -> Evidence:
+def _evidence(
+    source: Prepared, trial: Trial, observability: float | None, features: Mapping[str, float | int]
+) -> Evidence:
+    met = trial.judged.overlap > 0
     return Evidence(
         points=len(source.surface.working),
-        converged=refined.converged,
-        rmse_m=found.rmse if found.overlap > 0 else None,
-        overlap=found.overlap,
-        observability=found.observability,
+        converged=trial.refined.converged,
+        rmse_m=trial.judged.rmse if met else None,
+        overlap=trial.judged.overlap,
+        misfit=trial.judged.misfit if met else None,
+        violations=trial.judged.violations if met else None,
+        unseen=trial.judged.unseen if met else None,
+        observability=observability,
         **features,
     )
 
 
-def _why_no_consensus(source: Prepared, target: Prepared, matches: int) -> str:
+def _why_no_consensus(source: Prepared, target: Prepared, found: Matches) -> str:
     if min(len(source.keypoints), len(target.keypoints)) < 3:
         return "too_few_keypoints"
-    return "too_few_matches" if matches < 3 else "no_consensus"
-
-
-def _no_estimate(source: Prepared, target: Prepared, status: str, features: dict[str, float | int]) -> PairEstimate:
-    evidence = Evidence(points=len(source.surface.working), **features)
-    return PairEstimate(source.surface.view, target.surface.view, None, status, 0.0, evidence)
+    return "too_few_matches" if len(found.indices) < 3 else "no_consensus"

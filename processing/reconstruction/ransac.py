@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 
+from processing.features.parallel import kernel, over_slices
 from recorder import poses
 
 
@@ -48,7 +48,7 @@ def estimate_pose(
         if not len(sample):
             continue
         hypotheses = fit(source[sample], target[sample])
-        counts = _count_inliers(source, target, hypotheses, tolerance)
+        counts = count_inliers(source, target, hypotheses, tolerance)
         winner = int(counts.argmax())
         if counts[winner] > best_count:
             best_count, best_pose = int(counts[winner]), hypotheses[winner]
@@ -85,6 +85,13 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     return T
 
 
+def count_inliers(source: np.ndarray, target: np.ndarray, hypotheses: np.ndarray, tolerance: float) -> np.ndarray:
+    """How many points (M, 3) each motion (B, 4, 4) takes nearer than the tolerance [m] to their partners: (B,)."""
+    counts = np.empty(len(hypotheses), np.int64)
+    over_slices(_count_inliers, len(hypotheses), source, target, np.ascontiguousarray(hypotheses), tolerance, counts)
+    return counts
+
+
 def _same_shape(source: np.ndarray, target: np.ndarray, tolerance: float) -> np.ndarray:
     """Which samples (B, 3, 3) are triangles with sides alike in both views, and longer than the tolerance."""
     sides = np.linalg.norm(source - np.roll(source, 1, axis=1), axis=2)
@@ -96,15 +103,23 @@ def _inliers(source: np.ndarray, target: np.ndarray, T: np.ndarray, tolerance: f
     return np.linalg.norm(poses.transform(T, source) - target, axis=1) < tolerance
 
 
-@njit(parallel=True, cache=True)
-def _count_inliers(source: np.ndarray, target: np.ndarray, hypotheses: np.ndarray, tolerance: float) -> np.ndarray:
-    counts = np.zeros(len(hypotheses), np.int64)
-    for b in prange(len(hypotheses)):
+@kernel
+def _count_inliers(
+    start: int,
+    stop: int,
+    source: np.ndarray,
+    target: np.ndarray,
+    hypotheses: np.ndarray,
+    tolerance: float,
+    counts: np.ndarray,
+) -> None:
+    for b in range(start, stop):
         T = hypotheses[b]
+        count = 0
         for i in range(len(source)):
             squared = 0.0
             for k in range(3):
                 moved = T[k, 0] * source[i, 0] + T[k, 1] * source[i, 1] + T[k, 2] * source[i, 2] + T[k, 3]
                 squared += (moved - target[i, k]) ** 2
-            counts[b] += squared < tolerance * tolerance
-    return counts
+            count += squared < tolerance * tolerance
+        counts[b] = count

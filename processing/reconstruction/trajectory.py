@@ -4,8 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from processing.reconstruction.pair import Prepared
+from processing.reconstruction.prepared import Prepared
 from processing.results.records import MethodResult, PairEstimate, ViewEstimate, summarize
+
+_NEAR = 3  # views back at which the last connected one is still worth trying: farther ones hardly overlap
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,6 +17,7 @@ class Placed:
     prepared: Prepared
     T_0_i: np.ndarray
     connected: bool  # whether pairs that are all ok lead from it to the origin
+    place: int = 0  # in the sequence of views
 
 
 @dataclass
@@ -26,16 +29,14 @@ class Trajectory:
     pairs: list[PairEstimate] = field(default_factory=list)
     last: Placed | None = None  # the last view that has a pose
     anchor: Placed | None = None  # the last one that is connected
+    step: np.ndarray | None = None  # the motion of the last pair, where it is right: T_target_source
 
     @property
     def targets(self) -> list[Placed]:
         """What the next view is registered to, in order, until a pair is ok."""
-        tried = (self.anchor, self.last) if self.retries else (self.last,)
+        near = self.anchor is not None and self.last.place - self.anchor.place <= _NEAR
+        tried = (self.anchor, self.last) if self.retries and near else (self.last,)
         return list(dict.fromkeys(target for target in tried if target is not None))
-
-    def aims_at(self, target: Placed) -> bool:
-        """Whether a view is among the targets."""
-        return any(own.prepared is target.prepared for own in self.targets)
 
     def start(self, prepared: Prepared) -> ViewEstimate:
         """Make a view the origin: T_0_0 = I."""
@@ -47,6 +48,7 @@ class Trajectory:
         The view's status is the pair's; `not_connected` where the pair is ok but hangs on one that is not.
         """
         self.pairs.append(pair)
+        self.step = pair.T_target_source if pair.status == "ok" else None
         if pair.T_target_source is None:
             return self.skip(pair.source, pair.status)
         status = pair.status if pair.status != "ok" or target.connected else "not_connected"
@@ -57,17 +59,13 @@ class Trajectory:
         self.views.append(ViewEstimate(view, status, None))
         return self.views[-1]
 
-    def poses(self) -> dict[int, np.ndarray]:
-        """View -> T_0_i of the views placed with confidence."""
-        return {view.view: view.T_0_i for view in self.views if view.status == "ok" and view.T_0_i is not None}
-
     def result(self, origin: int | None) -> MethodResult:
         """All of it, as a record."""
         views = tuple(self.views)
         return MethodResult(views, tuple(self.pairs), summary=summarize(views, origin))
 
     def _add(self, prepared: Prepared, status: str, T_0_i: np.ndarray) -> ViewEstimate:
-        self.last = Placed(prepared, T_0_i, status == "ok")
+        self.last = Placed(prepared, T_0_i, status == "ok", len(self.views))
         if self.last.connected:
             self.anchor = self.last
         self.views.append(ViewEstimate(prepared.surface.view, status, T_0_i))

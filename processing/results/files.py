@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from processing.results.records import MethodResult, PairEstimate, SessionResult, ViewEstimate
+from processing.results.records import Freedom, MethodResult, PairEstimate, SessionResult, Turntable, ViewEstimate
 from recorder import poses
 from recorder.sources import ply_file
 
 FORMAT_VERSION = 1
-_LIBRARIES = ("numpy", "scipy", "numba", "small_gicp", "rerun-sdk", "mcap")
+_LIBRARIES = ("numpy", "scipy", "numba", "rerun-sdk", "mcap")
 _ERROR_COLUMNS = ("translation_error_m", "rotation_error_chordal", "rotation_error_deg", "center_error_m")
 
 
@@ -30,7 +30,7 @@ def make_key(
     sha256: str, views: str, methods: tuple[str, ...], settings: Mapping[str, Any], seed: int
 ) -> dict[str, Any]:
     """What results depend on: a complete folder with the same key need not be made again."""
-    return {
+    key = {
         "orbitscan": version("orbitscan"),
         "input_sha256": sha256,
         "model_sha256": None,
@@ -39,6 +39,7 @@ def make_key(
         "settings": settings,
         "seed": seed,
     }
+    return json.loads(json.dumps(key))  # as it is read back: a tuple is a list there
 
 
 def read_key(folder: Path) -> dict[str, Any] | None:
@@ -82,6 +83,8 @@ def write_results(
         _write_trajectory(folder / "poses_truth.tum", result, T_0)
     if result.model is not None:
         ply_file.write(folder / "model.ply", result.model.points, result.model.colors)
+        if (mesh := result.model.mesh) is not None:
+            ply_file.write(folder / "model_mesh.ply", mesh.vertices, mesh.colors, mesh.triangles)
 
 
 def to_json(result: SessionResult, key: Mapping[str, Any], path: Path, damage: str | None) -> dict[str, Any]:
@@ -108,13 +111,14 @@ def to_json(result: SessionResult, key: Mapping[str, Any], path: Path, damage: s
         "seed": result.seed,
         "classification": None,
         "reconstruction": {name: _method_to_json(method) for name, method in result.reconstruction.items()},
-        "turntable": None,
+        "turntable": _turntable_to_json(result.turntable),
         "model": None
         if result.model is None
         else {
             "method": result.model.method,
             "points": len(result.model.points),
             "removed_outliers": len(result.model.removed),
+            "mesh_triangles": None if result.model.mesh is None else len(result.model.mesh.triangles),
         },
     }
 
@@ -143,7 +147,7 @@ def _method_to_json(method: MethodResult) -> dict[str, Any]:
         "views": [_view_to_json(view) for view in method.views],
         "pairs": [_pair_to_json(pair) for pair in method.pairs],
         "loop_closed": method.loop_closed,
-        "unobservable": [],
+        "unobservable": [_freedom_to_json(freedom) for freedom in method.freedoms],
         "summary": dict(method.summary),
     }
 
@@ -161,8 +165,20 @@ def _pair_to_json(pair: PairEstimate) -> dict[str, Any]:
         "confidence": pair.confidence,
         "evidence": asdict(pair.evidence),
         "candidates": [asdict(candidate) for candidate in pair.candidates],
+        "unobservable": [_freedom_to_json(freedom) for freedom in pair.freedoms],
+        "alternatives": [_matrix(T) for T in pair.alternatives],
         **asdict(pair.errors),
     }
+
+
+def _freedom_to_json(freedom: Freedom) -> dict[str, Any]:
+    return {"kind": freedom.kind, "axis": freedom.axis.tolist(), "point": freedom.point.tolist()}
+
+
+def _turntable_to_json(turntable: Turntable | None) -> dict[str, Any] | None:
+    if turntable is None:
+        return None
+    return asdict(turntable) | {"axis": turntable.axis.tolist(), "point": turntable.point.tolist()}
 
 
 def _matrix(T: np.ndarray | None) -> list[list[float]] | None:

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 
+from recorder.objects.mesh import Mesh
 from recorder.session import SessionInfo
 
-METHODS = ("icp", "ransac_icp", "pairwise")  # worst to best: the model is made by the last one run
+METHODS = ("icp", "ransac_icp", "pairwise", "refined")  # worst to best: the model is made by the last one run
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,9 @@ class Evidence:
     converged: bool | None = None  # whether the refinement came to rest within its iterations
     rmse_m: float | None = None  # of the overlapping points, along the surface's normal
     overlap: float | None = None  # share of the smaller view that lies on the other
+    misfit: float | None = None  # the rmse in standard deviations of both surfaces
+    violations: float | None = None  # share of points in front of a surface that the other sensor saw: free space
+    unseen: float | None = None  # share of points that face the other sensor, which saw nothing there
     observability: float | None = None  # how firmly the overlap holds its weakest motion; near 0 it slides
 
 
@@ -37,12 +41,26 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
+class Freedom:
+    """A motion that views cannot determine: a turn about an axis through a point, or a shift along it."""
+
+    kind: Literal["turn", "shift"]
+    axis: np.ndarray  # (3,) unit
+    point: np.ndarray  # (3,) metres
+
+
+@dataclass(frozen=True, eq=False)
 class PairErrors:
-    """An estimated pair against the truth; None where that is unknown."""
+    """An estimated pair against the truth; None where that is unknown.
+
+    Observable errors are those left when the motions that the pair declares free, or the nearest of its alternatives,
+    are granted.
+    """
 
     rotation_error_deg: float | None = None
     center_error_m: float | None = None
     rotation_error_deg_observable: float | None = None
+    center_error_m_observable: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +74,10 @@ class PairEstimate:
     confidence: float
     evidence: Evidence
     candidates: tuple[Candidate, ...] = ()
+    information: np.ndarray | None = None  # (6, 6) of a turn [rad] about the centre, then a shift [m]
+    center: np.ndarray | None = None  # (3,) in the target's frame
+    freedoms: tuple[Freedom, ...] = ()  # in the target's frame
+    alternatives: tuple[np.ndarray, ...] = ()  # other T_target_source that explain the views as well
     errors: PairErrors = field(default_factory=PairErrors)
 
 
@@ -142,6 +164,7 @@ class MethodResult:
     views: tuple[ViewEstimate, ...]
     pairs: tuple[PairEstimate, ...]
     loop_closed: bool = False
+    freedoms: tuple[Freedom, ...] = ()  # motions of views that nothing determines, in frame {0}
     summary: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -158,6 +181,27 @@ class Model:
     points: np.ndarray  # (N, 3) float32
     colors: np.ndarray | None  # (N, 3) uint8
     removed: np.ndarray  # (R, 3) float32, the outliers
+    mesh: Mesh | None = None  # a surface through the points, where asked for
+
+
+@dataclass(frozen=True)
+class TurntableDeviation:
+    """How a view departs from a perfect turntable."""
+
+    view: int
+    slip_deg: float  # of its turn from a multiple of the step
+    wobble_deg: float  # of the axis
+    shift_m: float  # of the point on the axis
+
+
+@dataclass(frozen=True, eq=False)
+class Turntable:
+    """What turned the object, or what the camera went round, in frame {0}."""
+
+    axis: np.ndarray  # (3,) unit; the camera goes round it by the right-hand rule
+    point: np.ndarray  # (3,) metres, on the axis
+    step_deg: float  # from one recorded view to the next
+    deviations: tuple[TurntableDeviation, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +215,7 @@ class SessionResult:
     origin: int | None  # the recorded index of the view whose frame is {0}
     reconstruction: Mapping[str, MethodResult]
     model: Model | None
+    turntable: Turntable | None
     seconds: Mapping[str, Any]  # as timings.json
     settings: Mapping[str, Any]
     seed: int

@@ -7,7 +7,7 @@ from dataclasses import asdict
 import numpy as np
 import rerun as rr
 
-from processing.results.records import PairEstimate, ViewErrors
+from processing.results.records import PairEstimate, TurntableDeviation, ViewErrors
 from processing.review import entities
 
 ROUNDING = 1e-9  # smaller errors are those of the arithmetic: view {0} has no logarithm
@@ -30,6 +30,13 @@ def evidence_values(method: str, pair: PairEstimate) -> Iterator[Value]:
     for quantity, value in asdict(pair.evidence).items():
         yield f"/evidence/{quantity}/{method}", value
     yield f"/evidence/confidence/{method}", pair.confidence
+
+
+def turntable_values(method: str, deviation: TurntableDeviation) -> Iterator[Value]:
+    """How a view departs from a perfect turn."""
+    yield f"/turntable/slip_deg/{method}", deviation.slip_deg
+    yield f"/turntable/wobble_deg/{method}", deviation.wobble_deg
+    yield f"/turntable/shift_mm/{method}", 1e3 * deviation.shift_m
 
 
 def timing_values(method: str, seconds: Mapping[str, float]) -> Iterator[Value]:

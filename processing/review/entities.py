@@ -25,7 +25,9 @@ METHOD_COLORS: dict[str, Color] = {
 }
 CURVE_WIDTHS = {"icp": 4.0, "ransac_icp": 2.0, "pairwise": 2.0, "refined": 2.0}  # an equal curve shows beneath another
 GOOD_COLOR: Color = (0, 160, 112)
-BAD_COLOR: Color = (240, 90, 40)  # failed views, wrong matches, outliers
+BAD_COLOR: Color = (240, 90, 40)  # failed views, wrong matches, contradicted edges, outliers
+FREE_COLOR: Color = (240, 228, 66)  # motions that nothing determines, and the views they leave ambiguous
+TURNTABLE_COLOR: Color = (110, 205, 240)
 TRUTH_COLOR: Color = (185, 185, 185)
 PLAIN_COLOR: Color = (205, 205, 210)
 FOOT_COLOR: Color = (70, 95, 165)
@@ -54,12 +56,22 @@ SHARES = {
 }
 EVIDENCE = SHARES | {
     "rmse_m": "Residual of the overlap, RMS [m]",
-    "observability": "How firmly the overlap holds its weakest motion",
+    "misfit": "Residual in standard deviations of its noise: 1 fits",
+    "violations": "In front of what the other view saw [share]",
+    "unseen": "The other sensor should see it, does not [share]",
+    "observability": "How firmly the weakest motion is held: 0 slides",
+    "edges": "Pairs that hold the view in the graph",
+    "converged": "Came to rest within its iterations [0 or 1]",
     "inliers": "Inliers",
     "matches": "Matches",
     "valid_frames": "Keypoints with a reference frame",
     "keypoints": "Keypoints",
     "points": "Points of the working cloud",
+}
+TURNTABLE = {  # of a view's deviation from a perfect turn
+    "slip_deg": "Slip: its turn off a multiple of the step [deg]",
+    "wobble_deg": "Wobble: the axis leans [deg]",
+    "shift_mm": "Shift of the axis [mm]",
 }
 
 
@@ -71,6 +83,16 @@ def view_path(method: str, view: int) -> str:
 def pair_path(source: int, target: int) -> str:
     """The entity of a pair, named target first: `/pairs/016_017` is view 17 registered to view 16."""
     return f"/pairs/{target:03d}_{source:03d}"
+
+
+def graph_path(view: int) -> str:
+    """The entity of a view's edges to the views before it, in frame {0}."""
+    return f"/graph/view_{view:03d}"
+
+
+def status_color(status: str) -> Color | None:
+    """The colour of what is not ok: one for a motion left free, another for all that fails; None for ok."""
+    return {"ok": None, "ambiguous": FREE_COLOR}.get(status, BAD_COLOR)
 
 
 def error_field(quantity: str) -> str:

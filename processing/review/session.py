@@ -9,15 +9,25 @@ from typing import Self
 import numpy as np
 import rerun as rr
 
-from processing.results.records import METHODS, Correspondences, Model, SessionResult, ViewEstimate, ViewResult
-from processing.review import entities, summary
-from processing.review.curves import Curves, error_values, evidence_values, timing_values
+from processing.results.records import (
+    METHODS,
+    Correspondences,
+    MethodResult,
+    Model,
+    SessionResult,
+    ViewEstimate,
+    ViewResult,
+)
+from processing.review import entities, findings, marks, summary, tables
+from processing.review.curves import Curves, error_values, evidence_values, timing_values, turntable_values
+from processing.review.edges import count_edges, strongest
 from processing.review.layout import Scene, lay_out
 from recorder import poses
 from recorder.session import SessionInfo
 
 LESSER_POINTS = 3000  # points of a view's cloud by any method but the best
 PAIR_POINTS = 3000  # points of either cloud that matches are drawn between
+SHOWN_FREEDOMS = 3  # motions that nothing determines, as drawn
 
 
 class SessionReview:
@@ -25,6 +35,8 @@ class SessionReview:
 
     The clouds of the best method are complete. Those of the others are thinned to LESSER_POINTS a view, so that the
     file does not hold every cloud once a method. Each view is flushed: the file of a killed run is readable up to it.
+    What `refined` says is known at the end: its clouds are written as they come, where they stand follows, and until
+    then the layout shows `pairwise`.
     """
 
     def __init__(
@@ -33,10 +45,13 @@ class SessionReview:
         """Opens `path`; `truth` is T_object_camera by recorded index, of whichever views it is known."""
         self._info = info
         self._methods = tuple(method for method in METHODS if method in methods)  # worst to best
+        self._joint = "refined" in methods
+        self._coming = tuple(  # those that place a view as it comes
+            m for m in METHODS if m != "refined" and (m in methods or (m == "pairwise" and self._joint))
+        )
         self._truth = dict(truth or {})
         self._T_0_object: np.ndarray | None = None  # of the truth
         self._scene: Scene | None = None
-        self._sensor: np.ndarray | None = None  # where frusta stand in the views' frames
         self._samples: dict[int, np.ndarray] = {}  # view -> thinned cloud, for the views matched to it later
         self._stream = rr.RecordingStream(
             entities.APPLICATION_ID,
@@ -63,41 +78,69 @@ class SessionReview:
 
     def add_view(self, result: ViewResult) -> None:
         """Writes what is known of a view; what does not exist (an estimate, a truth, points) is left out."""
-        self._stream.set_time(entities.VIEW_TIMELINE, sequence=result.view)
-        self._stream.set_time(entities.STAMP_TIMELINE, timestamp=np.datetime64(result.stamp_ns, "ns"))
+        self._set_time(result.view, result.stamp_ns)
         if result.origin == result.view:
             self._set_scene(result)
         if self._T_0_object is not None and result.view in self._truth:
             self._log_pose("truth", result.view, self._T_0_object @ self._truth[result.view], entities.TRUTH_COLOR)
+        self._samples[result.view] = _thin(result.points, PAIR_POINTS)
         for method, estimate in result.poses.items():
             if estimate.T_0_i is not None:
-                self._log_view(method, estimate, result)
-            self._curves.add(result.view, error_values(method, estimate.errors))
-        for method, pair in result.pairs.items():
-            self._curves.add(result.view, evidence_values(method, pair))
-        for method, seconds in result.seconds.items():
-            self._curves.add(result.view, timing_values(method, seconds))
-        self._samples[result.view] = _thin(result.points, PAIR_POINTS)
+                self._log_placed(method, estimate)
+                self._log_cloud(method, result, entities.status_color(estimate.status))
+        if self._joint and self._scene is not None:
+            self._log_cloud("refined", result, None)
+        for method in self._methods:
+            if method in result.poses:
+                self._curves.add(result.view, error_values(method, result.poses[method].errors))
+            if method in result.pairs:
+                self._curves.add(result.view, evidence_values(method, result.pairs[method]))
+            if method in result.seconds:
+                self._curves.add(result.view, timing_values(method, result.seconds[method]))
         if result.correspondences is not None:
             self._log_matches(result.correspondences)
-        for level, text in summary.list_findings(result):
+        for level, text in findings.list_findings(result, self._methods):
             self._stream.log("/log", rr.TextLog(text, level=level))
         self._stream.flush()
 
     def add_session(self, result: SessionResult) -> None:
-        """Writes what is known only at the end: the rest of the curves, the model, the summary, the table."""
+        """Writes what is known only at the end: `refined`, the rest of the curves, the model, summary and table."""
         stamps_ns = dict(zip(result.views_used, result.stamps_ns, strict=True))
+        best = result.reconstruction[self._methods[-1]]
+        if self._joint and self._scene is not None:
+            self._log_joint(result.reconstruction["refined"], stamps_ns)
         for method, found in result.reconstruction.items():
             self._curves.complete({v.view: error_values(method, v.errors) for v in found.views}, stamps_ns)
-            self._curves.complete({p.source: evidence_values(method, p) for p in found.pairs}, stamps_ns)
-        if self._scene is None:
-            self._stream.send_blueprint(lay_out(self._methods, has_truth=False, scene=None))
+            pairs = strongest(found.pairs).items()
+            self._curves.complete({view: evidence_values(method, pair) for view, pair in pairs}, stamps_ns)
+        if self._joint:
+            held = count_edges(result.reconstruction["refined"].pairs).items()
+            self._curves.complete({v: [("/evidence/edges/refined", float(count))] for v, count in held}, stamps_ns)
+        if result.turntable is not None:
+            of_view = {d.view: turntable_values(self._methods[-1], d) for d in result.turntable.deviations}
+            self._curves.complete(of_view, stamps_ns)
+            self._log_marked("/turntable/axis", *marks.draw_turntable(result.turntable, self._scene))
+        for number, freedom in enumerate(best.freedoms[:SHOWN_FREEDOMS]):
+            self._log_marked(f"/free/{number:02d}", *marks.draw_freedom(freedom, self._scene))
         if result.model is not None:
             self._log_model(result.model)
+        has_truth = self._T_0_object is not None
+        has_mesh = result.model is not None and result.model.mesh is not None
+        layout = lay_out(self._methods, has_truth, self._scene, result.turntable is not None, has_mesh)
+        self._stream.send_blueprint(layout)
         self._log_text("/summary", summary.summarize(result, self._methods))
+        for view, level, text in findings.list_joint_findings(result):
+            self._set_time(view, stamps_ns[view])
+            self._stream.log("/log", rr.TextLog(text, level=level))
+        if stamps_ns:
+            self._set_time(*list(stamps_ns.items())[-1])
         self._stream.log("/log", rr.TextLog(summary.conclude(result, self._methods[-1]), level=rr.TextLogLevel.INFO))
-        self._log_text("/table", summary.tabulate_views(result, self._methods))
+        self._log_text("/table", tables.tabulate_views(result, self._methods))
         self._stream.flush()
+
+    def _set_time(self, view: int, stamp_ns: int) -> None:
+        self._stream.set_time(entities.VIEW_TIMELINE, sequence=view)
+        self._stream.set_time(entities.STAMP_TIMELINE, timestamp=np.datetime64(stamp_ns, "ns"))
 
     def _describe(self) -> None:
         self._stream.send_recording_name(self._info.name)
@@ -107,39 +150,75 @@ class SessionReview:
         self._log_text("/summary", summary.write_unfinished(self._info.name))
 
     def _set_scene(self, origin: ViewResult) -> None:
-        self._scene = Scene.around(origin.points, self._info.elevation_deg)
-        self._sensor = self._scene.place_sensor(self._info.sensor_origin)
+        self._scene = Scene.around(origin.points, self._info.elevation_deg, self._info.sensor_origin)
         if origin.view in self._truth:
             self._T_0_object = poses.invert(self._truth[origin.view])
-        self._stream.send_blueprint(lay_out(self._methods, self._T_0_object is not None, self._scene))
+        self._stream.send_blueprint(lay_out(self._coming, self._T_0_object is not None, self._scene))
 
-    def _log_view(self, method: str, estimate: ViewEstimate, result: ViewResult) -> None:
-        path, ok = entities.view_path(method, estimate.view), estimate.status == "ok"
-        color = entities.METHOD_COLORS[method] if ok else entities.BAD_COLOR
-        self._log_pose(method, estimate.view, estimate.T_0_i, color, line_width=-2.0 if ok else -3.5)
+    def _log_placed(self, method: str, estimate: ViewEstimate) -> None:
+        """The frustum where a method puts it, with the status in words where that is not ok."""
+        wrong = entities.status_color(estimate.status)
+        color, width = (entities.METHOD_COLORS[method], -2.0) if wrong is None else (wrong, -3.5)
+        self._log_pose(method, estimate.view, estimate.T_0_i, color, width)
+        points = self._samples[estimate.view]
+        if wrong is not None and len(points):
+            place = self._above(points) if self._scene.sensor is None else self._scene.sensor
+            label = marks.draw_label(place, f"view {estimate.view}: {estimate.status}")
+            self._stream.log(f"{entities.view_path(method, estimate.view)}/label", label)
+
+    def _log_cloud(self, method: str, result: ViewResult, color: entities.Color | None) -> None:
+        """A view's points in one colour, else as captured or in the view's own."""
         if not len(result.points):
             return
         step = 1 if method == self._methods[-1] else _step(len(result.points), LESSER_POINTS)
-        points = result.points[::step]
-        if not ok:
-            colors = entities.BAD_COLOR
-            place = self._above(points) if self._sensor is None else self._sensor
-            self._log_label(path, place, f"view {estimate.view}: {estimate.status}")
+        if color is not None:
+            colors = color
         elif result.colors is not None:
             colors = result.colors[::step]
         else:
-            colors = entities.view_color(estimate.view, self._info.views)
-        self._stream.log(f"{path}/points", rr.Points3D(points, colors=colors, radii=-1.5))
+            colors = entities.view_color(result.view, self._info.views)
+        path = entities.view_path(method, result.view)
+        self._stream.log(f"{path}/points", rr.Points3D(result.points[::step], colors=colors, radii=-1.5))
+
+    def _log_joint(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
+        """Where `refined` puts the views, whose clouds are written already, and the edges of its graph."""
+        for estimate in found.views:
+            self._set_time(estimate.view, stamps_ns[estimate.view])
+            path = entities.view_path("refined", estimate.view)
+            if estimate.T_0_i is None:
+                self._stream.log(path, rr.Clear(recursive=True))  # its cloud, which stands nowhere
+                continue
+            self._log_placed("refined", estimate)
+            color = entities.status_color(estimate.status)
+            if color is not None and len(self._samples[estimate.view]):
+                self._stream.log(f"{path}/points", rr.Points3D.from_fields(colors=color))
+        self._log_edges(found, stamps_ns)
+
+    def _log_edges(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
+        """Lines from each view's frustum, or the middle of its cloud, to those of the views before it."""
+        places = {}
+        for view in found.views:
+            points = self._samples[view.view]
+            if view.T_0_i is not None and len(points):
+                place = points.mean(axis=0) if self._scene.sensor is None else self._scene.sensor
+                places[view.view] = poses.transform(view.T_0_i, place[None])[0]
+        for view, lines in marks.draw_edges(found.pairs, places, list(stamps_ns)).items():
+            self._set_time(view, stamps_ns[view])
+            self._stream.log(entities.graph_path(view), lines)
+
+    def _log_marked(self, path: str, drawing: rr.AsComponents, label: rr.Points3D) -> None:
+        self._stream.log(path, drawing, static=True)
+        self._stream.log(f"{path}/label", label, static=True)
 
     def _log_pose(
         self, method: str, view: int, T_0_i: np.ndarray, color: entities.Color, line_width: float = -1.0
     ) -> None:
         path = entities.view_path(method, view)
         self._stream.log(path, rr.Transform3D(translation=T_0_i[:3, 3], mat3x3=T_0_i[:3, :3]))
-        if self._sensor is None:
+        if self._scene.sensor is None:
             return
-        if self._sensor.any():
-            self._stream.log(f"{path}/camera", rr.Transform3D(translation=self._sensor))
+        if self._scene.sensor.any():
+            self._stream.log(f"{path}/camera", rr.Transform3D(translation=self._scene.sensor))
         frustum = rr.Pinhole(
             fov_y=0.7,
             aspect_ratio=4 / 3,
@@ -163,7 +242,7 @@ class SessionReview:
             ("target", target + to_left, found.target),
         ):
             self._stream.log(f"{path}/{name}", rr.Points3D(points, colors=entities.PLAIN_COLOR, radii=-1.5))
-            self._log_label(f"{path}/{name}", self._above(points), f"view {view}")
+            self._stream.log(f"{path}/{name}/label", marks.draw_label(self._above(points), f"view {view}"))
         lines = np.stack([found.source_points + to_right, found.target_points + to_left], axis=1)
         for name, keep, color in (
             ("matches", ~found.inlier, entities.BAD_COLOR),
@@ -176,19 +255,34 @@ class SessionReview:
         x, _, z = points.mean(axis=0)
         return np.array([x, points[:, 1].min() - 0.05 * self._scene.diameter, z])
 
-    def _log_label(self, path: str, position: np.ndarray, text: str) -> None:
-        label = rr.Points3D([position], labels=[text], show_labels=True, colors=entities.LABEL_COLOR, radii=-1.0)
-        self._stream.log(f"{path}/label", label)
-
     def _log_model(self, model: Model) -> None:
         colors = model.colors if model.colors is not None else entities.height_colors(model.points, self._scene.up)
         points = rr.Points3D(model.points, colors=colors, radii=-1.5)
         outliers = rr.Points3D(model.removed, colors=entities.BAD_COLOR, radii=-2.0)
         self._stream.log("/model/points", points, static=True)
         self._stream.log("/model/outliers", outliers, static=True)
+        if (mesh := model.mesh) is not None:
+            colors = mesh.colors if mesh.colors is not None else entities.height_colors(mesh.vertices, self._scene.up)
+            surface = rr.Mesh3D(
+                vertex_positions=mesh.vertices,
+                triangle_indices=mesh.triangles,
+                vertex_colors=colors,
+                vertex_normals=_vertex_normals(mesh.vertices, mesh.triangles),
+            )
+            self._stream.log("/model/mesh", surface, static=True)
 
     def _log_text(self, path: str, markdown: str) -> None:
         self._stream.log(path, rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN), static=True)
+
+
+def _vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(V, 3) unit: the mean of the triangles around each vertex, by area; without them the viewer shades nothing."""
+    a, b, c = vertices[triangles].astype(np.float64).swapaxes(0, 1)
+    across = np.cross(b - a, c - a)
+    normals = np.zeros(vertices.shape)
+    for corner in range(3):
+        np.add.at(normals, triangles[:, corner], across)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
 
 
 def _step(count: int, wanted: int) -> int:
@@ -196,4 +290,4 @@ def _step(count: int, wanted: int) -> int:
 
 
 def _thin(points: np.ndarray, wanted: int) -> np.ndarray:
-    return points[:: _step(len(points), wanted)]
+    return points[:: _step(len(points), wanted)].copy()  # a slice would keep the whole cloud in memory

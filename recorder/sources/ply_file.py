@@ -39,8 +39,10 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     raise ValueError("it declares no vertices")
 
 
-def write(path: Path, points: np.ndarray, colors: np.ndarray | None = None) -> None:
-    """Write points (N, 3) as float32, with colours (N, 3) uint8 where given; binary, little-endian."""
+def write(
+    path: Path, points: np.ndarray, colors: np.ndarray | None = None, triangles: np.ndarray | None = None
+) -> None:
+    """Write points (N, 3) as float32, with colours (N, 3) uint8 and triangles (T, 3) where given; binary."""
     layout = np.dtype([(axis, "<f4") for axis in "xyz"])
     if colors is not None:
         layout = np.dtype(layout.descr + [(channel, "u1") for channel in RGB_FIELDS[0]])
@@ -51,8 +53,14 @@ def write(path: Path, points: np.ndarray, colors: np.ndarray | None = None) -> N
         table[channel] = colors[:, i]
     words = {"f": "float", "u": "uchar"}
     fields = [f"property {words[layout[name].kind]} {name}" for name in layout.names]
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}", *fields, "end_header", ""]
-    path.write_bytes("\n".join(header).encode("ascii") + table.tobytes())
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}", *fields]
+    faces = b""
+    if triangles is not None:
+        header += [f"element face {len(triangles)}", "property list uchar int vertex_indices"]
+        rows = np.empty(len(triangles), np.dtype([("count", "u1"), ("corners", "<i4", 3)]))
+        rows["count"], rows["corners"] = 3, triangles
+        faces = rows.tobytes()
+    path.write_bytes("\n".join([*header, "end_header", ""]).encode("ascii") + table.tobytes() + faces)
 
 
 def _read_header(stream: IO[bytes]) -> tuple[str, list[tuple[str, int, list[tuple[str, str | None]]]]]:

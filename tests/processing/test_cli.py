@@ -16,7 +16,8 @@ from processing.batch import Job, process_recording
 from recorder import mcap_file
 from recorder.exceptions import UnreadableRecording
 from recorder.session import in_memory
-from tests.geometry import scan
+from recorder.sources import ply_file
+from tests.geometry import bottle, scan
 from tests.viewer import RERUN, NoViewer, find_reports, open_viewer
 
 ORBITSCAN = Path(sys.executable).with_name("orbitscan")
@@ -43,7 +44,7 @@ def done(tmp_path_factory):
 def test_process_writes_the_whole_folder_and_says_how_to_go_on(done):
     folder, finished = done
     assert finished.returncode == 0, finished.stderr
-    methods = ("icp", "ransac_icp", "pairwise")
+    methods = ("icp", "ransac_icp", "pairwise", "refined")
     assert {path.name for path in (folder / "out" / "blob").iterdir()} == {
         "review.rrd", "results.json", "timings.json", "errors.csv", "model.ply", "poses_truth.tum",
         *(f"poses_{method}.tum" for method in methods),
@@ -67,7 +68,19 @@ def test_results_hold_what_the_format_says(done):
     assert pairwise["summary"]["max_rotation_error_chordal"] < 0.01
     pair = pairwise["pairs"][0]
     assert (pair["source"], pair["target"]) == (1, 0)
-    assert {candidate["start"] for candidate in pair["candidates"]} == {"identity", "consensus"}
+    assert pair["candidates"]
+    assert {candidate["start"].split()[0].strip(",") for candidate in pair["candidates"]} <= {
+        "identity", "previous", "ransac", "consensus",
+    }  # fmt: skip
+    assert (pair["unobservable"], pair["alternatives"]) == ([], [])
+    assert pair["rotation_error_deg_observable"] == pytest.approx(pair["rotation_error_deg"])
+    refined = found["reconstruction"]["refined"]
+    assert [view["status"] for view in refined["views"]] == ["ok"] * 5
+    assert len(refined["pairs"]) > 4
+    assert refined["unobservable"] == []
+    assert found["turntable"]["step_deg"] == pytest.approx(20, abs=0.3)
+    assert [deviation["view"] for deviation in found["turntable"]["deviations"]] == [0, 1, 2, 3, 4]
+    assert found["model"]["method"] == "refined"
     assert np.shape(pair["T_target_source"]) == (4, 4)
     timings = json.loads((folder / "out" / "blob" / "timings.json").read_text())
     assert set(timings) == {"methods", "outlier_removal", "total"}
@@ -80,7 +93,7 @@ def test_errors_csv_and_trajectories_are_those_of_the_results(done):
     found = results(out)["reconstruction"]
     with (out / "errors.csv").open() as stream:
         rows = list(csv.DictReader(stream))
-    assert len(rows) == 15
+    assert len(rows) == 20
     for row in rows:
         view = found[row["method"]]["views"][int(row["view"])]
         assert float(row["rotation_error_chordal"]) == view["rotation_error_chordal"]
@@ -188,6 +201,30 @@ def test_methods_settings_and_the_thesis_preset(done, tmp_path):
     assert results(tmp_path / "blob")["settings"]["ransac"]["tolerance"] == 3.0
 
 
+@pytest.mark.usefixtures("open3d")
+def test_a_known_step_closes_a_bottle_and_a_mesh_is_written_where_asked_for(tmp_path):
+    mcap_file.write(scan(n_views=3, surface=bottle), tmp_path / "bottle.mcap")
+    options = ["--methods", "refined", "--step-deg", "20", "--mesh"]
+    finished = run("process", "bottle.mcap", "-o", "told", *options, cwd=tmp_path)
+    assert finished.returncode == 0, finished.stderr
+    told = results(tmp_path / "told" / "bottle")
+    refined = told["reconstruction"]["refined"]
+    assert [view["status"] for view in refined["views"]] == ["ok"] * 3
+    assert refined["summary"]["max_rotation_error_deg"] < 1
+    assert told["settings"]["pair"]["step_deg"] == 20
+    vertices, _ = ply_file.read(tmp_path / "told" / "bottle" / "model_mesh.ply")
+    assert len(vertices) > 1000
+    assert told["model"]["mesh_triangles"] > 1000
+    run("process", "bottle.mcap", "-o", "untold", "--methods", "refined", cwd=tmp_path)
+    untold = results(tmp_path / "untold" / "bottle")
+    refined = untold["reconstruction"]["refined"]
+    assert [view["status"] for view in refined["views"]] == ["ok", "ambiguous", "ambiguous"]
+    (freedom,) = refined["unobservable"]
+    assert freedom["kind"] == "turn"
+    assert untold["model"]["mesh_triangles"] is None
+    assert not (tmp_path / "untold" / "bottle" / "model_mesh.ply").exists()
+
+
 def test_without_truth_errors_are_null_and_all_else_works(tmp_path):
     session = scan(n_views=3)
     mcap_file.write(in_memory(session.info, list(session.views())), tmp_path / "blob.mcap")
@@ -256,7 +293,7 @@ def odd_views():
     """Name -> a view with something wrong, and the statuses that would be honest."""
     rng = np.random.default_rng(0)
     first, second, _ = scan(n_views=3).views()
-    plane = np.column_stack([rng.random((900, 2)) * 0.2, np.ones(900)])
+    plane = np.column_stack([rng.random((9000, 2)) * 0.2, np.ones(9000)])
     return {
         "no_points": (second.points[:0], {"too_few_points"}),
         "all_nan": (np.full_like(second.points, np.nan), {"too_few_points"}),
@@ -309,6 +346,8 @@ def test_an_output_that_cannot_be_written(done, tmp_path):
         (["--views", "99:"], "selects no view"),
         (["--views", "7,8"], "there is no view 7"),
         (["--settings", "missing.toml"], "cannot be read"),
+        (["--step-deg", "0"], "no step of a turntable"),
+        (["--step-deg", "180"], "no step of a turntable"),
     ],
 )
 def test_wrong_options_are_status_2(done, options, says):

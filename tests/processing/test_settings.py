@@ -13,9 +13,9 @@ def write(tmp_path, text):
 
 
 def test_a_file_changes_what_it_names(tmp_path):
-    found = read_settings(write(tmp_path, "[ransac]\ntolerance = 3.5\n[pair.refinement]\nfine_gate = 2\n"))
+    found = read_settings(write(tmp_path, "[ransac]\ntolerance = 3.5\n[pair.refinement]\ncoarse_gate = 2\n"))
     assert found.ransac.tolerance == 3.5
-    assert found.pair.refinement.fine_gate == 2.0
+    assert found.pair.refinement.coarse_gate == 2.0
     assert found.shot == Settings().shot
     assert read_settings(write(tmp_path, "")) == Settings()
 

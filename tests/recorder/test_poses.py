@@ -163,3 +163,17 @@ def test_of_all_names_24_are_frames_and_all_are_rotations():
 def test_names_that_are_no_frame_are_refused(axes, what):
     with pytest.raises(InvalidOption, match=what):
         poses.axes_to_rdf(axes)
+
+
+@given(seeds)
+def test_a_twist_is_the_turn_about_an_axis_that_a_rotation_begins_with(seed):
+    rng = np.random.default_rng(seed)
+    axis, across, angle = *rng.normal(size=(2, 3)), rng.uniform(-3.1, 3.1)
+    axis /= np.linalg.norm(axis)
+    across -= across @ axis * axis
+    swing = Rotation.from_rotvec(across / np.linalg.norm(across) * rng.uniform(-3, 3)).as_matrix()
+    turn = Rotation.from_rotvec(angle * axis).as_matrix()
+    assert abs(poses.twist(swing, axis)) < 1e-9
+    assert poses.twist(turn, axis) == pytest.approx(angle)
+    assert poses.twist(turn @ swing, axis) == pytest.approx(angle)
+    assert poses.twist(turn, -axis) == pytest.approx(-angle)

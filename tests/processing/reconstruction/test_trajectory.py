@@ -37,7 +37,6 @@ def test_views_behind_a_broken_pair_are_placed_but_not_connected():
     for i, status in enumerate(["ok", "diverged", "ok", "low_overlap"], start=1):
         trajectory.extend(view(i), pair(i, i - 1, np.eye(4), status), trajectory.last)
     assert [v.status for v in trajectory.views] == ["ok", "ok", "diverged", "not_connected", "low_overlap"]
-    assert set(trajectory.poses()) == {0, 1}
     assert trajectory.anchor.prepared.surface.view == 1
     trajectory.extend(view(5), pair(5, 1, np.eye(4)), trajectory.anchor)
     assert trajectory.views[-1].status == "ok"
@@ -51,3 +50,24 @@ def test_a_view_without_an_estimate_is_skipped_and_breaks_nothing():
     trajectory.extend(view(2), pair(2, 0, np.eye(4)), trajectory.last)
     assert [v.status for v in trajectory.views] == ["ok", "no_consensus", "ok"]
     assert trajectory.result(0).summary["failed_views"] == 1
+
+
+def test_a_view_is_tried_on_the_last_connected_view_and_then_on_the_last():
+    retrying, plain = Trajectory(retries=True), Trajectory()
+    assert retrying.targets == plain.targets == []
+    for trajectory in (retrying, plain):
+        trajectory.start(view(0))
+        assert [t.prepared.surface.view for t in trajectory.targets] == [0]
+        trajectory.extend(view(1), pair(1, 0, np.eye(4), "diverged"), trajectory.last)
+    assert [t.prepared.surface.view for t in retrying.targets] == [0, 1]
+    assert [t.prepared.surface.view for t in plain.targets] == [1]
+
+
+def test_the_step_is_that_of_the_last_pair_if_it_is_right():
+    trajectory, T = Trajectory(), random_pose(np.random.default_rng(0))
+    trajectory.start(view(0))
+    assert trajectory.step is None
+    trajectory.extend(view(1), pair(1, 0, T), trajectory.last)
+    assert (trajectory.step == T).all()
+    trajectory.extend(view(2), pair(2, 1, T, "diverged"), trajectory.last)
+    assert trajectory.step is None

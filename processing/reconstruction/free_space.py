@@ -1,0 +1,68 @@
+"""Free space: what a view's sensor looked through to the surface it saw is empty."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import minimum_filter
+
+from recorder import poses
+
+_MAX_PIXELS = 4_000_000  # of a range image; a stray point far off makes the pixels coarser, not the image larger
+_NEAR = 3  # pixels across: a surface may be as near as the nearest of this neighbourhood
+_HOLE = 5  # pixels across: nothing was seen where such a neighbourhood is empty
+
+
+@dataclass(frozen=True, eq=False)
+class RangeImage:
+    """How far a view's sensor saw, in directions about the one to the object."""
+
+    T_image_view: np.ndarray  # (4, 4): the sensor at the origin, z towards the object
+    size: float  # of a pixel, tangent of its angle
+    low: np.ndarray  # (2,) tangents at the image's corner
+    near: np.ndarray  # (H, W) depth [m] of the nearest point seen there or in the pixels around; inf where none
+    empty: np.ndarray  # (H, W) bool: nothing was seen there or around
+
+
+def make_range_image(points: np.ndarray, sensor_origin: np.ndarray, pixel: float) -> RangeImage:
+    """The range image of a view's points (N, 3) from its sensor (3,); a pixel is so wide [m] at the object's centre."""
+    T = _look_at(sensor_origin, points.mean(axis=0, dtype=np.float64))
+    local = poses.transform(T, points)
+    local = local[local[:, 2] > 0]
+    tangents = local[:, :2] / local[:, 2:]
+    low, high = tangents.min(axis=0), tangents.max(axis=0)
+    distance = float(local[:, 2].mean())
+    size = max(pixel / distance, float(np.sqrt((high - low).prod() / _MAX_PIXELS)))
+    low = low - _HOLE * size  # a margin, so that the borders' neighbourhoods lie inside
+    columns, rows = ((tangents - low) / size).astype(np.int64).T
+    width, height = (np.ceil((high - low) / size).astype(int) + _HOLE + 1).tolist()
+    depth = np.full((height, width), np.inf)
+    np.minimum.at(depth, (rows, columns), local[:, 2])
+    near = minimum_filter(depth, _NEAR, mode="constant", cval=np.inf)
+    return RangeImage(T, size, low, near, np.isinf(minimum_filter(depth, _HOLE, mode="constant", cval=np.inf)))
+
+
+def look_up(image: RangeImage, points: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """(in_front, unseen), (N,) bool: which points (N, 3) in the view's frame lie where nothing can be.
+
+    In front: nearer to the sensor than all it saw in that direction, by more than the tolerance [m]. Unseen: where the
+    sensor saw nothing at all, be it the background or a surface it failed to measure.
+    """
+    local = poses.transform(image.T_image_view, points)
+    ahead = local[:, 2] > 0
+    pixels = np.floor((local[:, :2] / np.where(ahead, local[:, 2], 1.0)[:, None] - image.low) / image.size)
+    height, width = image.near.shape
+    inside = ahead & (pixels >= 0).all(axis=1) & (pixels < (width, height)).all(axis=1)
+    columns, rows = np.where(inside[:, None], pixels, 0).astype(np.int64).T
+    near = np.where(inside, image.near[rows, columns], np.inf)
+    in_front = np.isfinite(near) & (local[:, 2] < near - tolerance)
+    return in_front, ~inside | image.empty[rows, columns]
+
+
+def _look_at(eye: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """T_image_view of a sensor at `eye` whose z axis goes through `center`; its turn about z is of no account."""
+    forward = (center - eye) / max(float(np.linalg.norm(center - eye)), 1e-12)
+    aside = np.eye(3)[int(np.abs(forward).argmin())]
+    right = np.cross(aside, forward)
+    right /= np.linalg.norm(right)
+    R = np.stack([right, np.cross(forward, right), forward])
+    return poses.make(R, -R @ eye)

@@ -1,0 +1,158 @@
+"""The joint refinement: edges between all views that overlap, found and not assumed, and one pose for each view."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise as successive
+
+import numpy as np
+
+from processing.reconstruction.graph import GraphSettings, Solution, choose_edges, solve, viewing_direction
+from processing.reconstruction.pair import PairSettings, register_from
+from processing.reconstruction.prepared import Prepared
+from processing.reconstruction.symmetry import same_freedom
+from processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
+from recorder import poses
+
+_ROUND = np.radians(330)  # turned on the way there and straight back: a whole turn, less what a tilted camera saves
+
+Register = Callable[[Prepared, Prepared], PairEstimate]  # source and target, without a guess
+
+
+def refine_jointly(
+    pairwise: MethodResult,
+    origin: int | None,
+    prepared: Callable[[int], Prepared],
+    register: Register,
+    pair_settings: PairSettings,
+    settings: GraphSettings,
+) -> MethodResult:
+    """All views of a session refined together, starting from the pairs of successive views; T_0_origin = I.
+
+    A view that its own pair does not connect is registered to others; then every view to those it should overlap, by
+    the poses so far; then the graph is solved. Views keep the status of what placed them: `ok` where rigid edges lead
+    to the origin, `ambiguous` where only edges with a free motion do.
+    """
+    if origin is None:
+        return MethodResult(pairwise.views, (), summary=summarize(pairwise.views, origin))
+    diameter = prepared(origin).scale.diameter
+    candidates = [v.view for v in pairwise.views if v.status not in ("unreadable", "too_few_points")]
+    edges = [pair for pair in pairwise.pairs if _is_edge(pair)]
+    solution = solve(edges, origin, diameter, settings)
+    edges += _attach(candidates, edges, solution, prepared, register, settings)
+    solution = solve(edges, origin, diameter, settings)
+    edges += _close(solution, edges, prepared, pair_settings, settings)
+    solution = solve(edges, origin, diameter, settings)
+    views = tuple(_estimate(view, solution) for view in pairwise.views)
+    return MethodResult(
+        views,
+        tuple(_marked(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)),
+        loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
+        freedoms=_unobservable(solution, edges),
+        summary=summarize(views, origin),
+    )
+
+
+def _is_edge(pair: PairEstimate) -> bool:
+    """Whether a pair holds two views together: it is right, or right but for free motions."""
+    sound = pair.status == "ok" or (pair.status == "ambiguous" and pair.freedoms and not pair.alternatives)
+    return bool(sound) and pair.information is not None
+
+
+def _attach(
+    candidates: Sequence[int],
+    edges: Sequence[PairEstimate],
+    solution: Solution,
+    prepared: Callable[[int], Prepared],
+    register: Register,
+    settings: GraphSettings,
+) -> list[PairEstimate]:
+    """Edges that connect views which none connects yet, each to a placed one; until no more can be.
+
+    Such an edge has no neighbour in time to vouch for it: it must fit about as closely as the others do.
+    """
+    usual = float(np.median([edge.evidence.misfit for edge in edges])) if edges else np.inf
+    placed = [view for view in candidates if view in solution.rigid]
+    lost = [view for view in candidates if view not in solution.rigid]
+    tried: set[tuple[int, int]] = set()
+    found: list[PairEstimate] = []
+    progress = True
+    while lost and progress:
+        progress = False
+        for view in list(lost):
+            likely = sorted(placed, key=lambda other: (abs(other - view), other))[: settings.tries]
+            for other in likely:
+                if (view, other) in tried:
+                    continue
+                tried.add((view, other))
+                edge = register(prepared(view), prepared(other))
+                if edge.status == "ok" and edge.evidence.misfit <= settings.attached_misfit * usual:
+                    found.append(edge)
+                    placed.append(view)
+                    lost.remove(view)
+                    progress = True
+                    break
+    return found
+
+
+def _close(
+    solution: Solution,
+    edges: Sequence[PairEstimate],
+    prepared: Callable[[int], Prepared],
+    pair_settings: PairSettings,
+    settings: GraphSettings,
+) -> list[PairEstimate]:
+    """Edges between views that should overlap by their poses, each registered from there."""
+    directions = {}
+    for view in sorted(solution.rigid):
+        T_0_i = solution.T_0[view]
+        surface = prepared(view).surface
+        directions[view] = viewing_direction(T_0_i, surface.surfels.points.mean(axis=0), surface.sensor_origin)
+    found = []
+    for source, target in choose_edges(directions, [(e.source, e.target) for e in edges], settings):
+        start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
+        edge = register_from({"graph": start}, prepared(source), prepared(target), pair_settings)
+        if _is_edge(edge):
+            found.append(edge)
+    return found
+
+
+def _estimate(view: ViewEstimate, solution: Solution) -> ViewEstimate:
+    T_0_i = solution.T_0.get(view.view)
+    if T_0_i is None:
+        status = view.status if view.status in ("unreadable", "too_few_points") else "not_connected"
+        return ViewEstimate(view.view, status, None)
+    return ViewEstimate(view.view, "ok" if view.view in solution.rigid else "ambiguous", T_0_i)
+
+
+def _marked(edge: PairEstimate, keep: bool) -> PairEstimate:
+    """An edge as it is, or as one that the others contradict."""
+    return edge if keep else replace(edge, status="inconsistent")
+
+
+def _goes_round(solution: Solution, edges: Sequence[PairEstimate], views: Sequence[int]) -> bool:
+    """Whether an edge joins two views between which the views on the way turn all the way round."""
+    placed = [view for view in views if view in solution.T_0]
+    turns = [poses.rotation_angle(solution.T_0[a][:3, :3].T @ solution.T_0[b][:3, :3]) for a, b in successive(placed)]
+    turned = dict(zip(placed, np.concatenate([[0.0], np.cumsum(turns)]), strict=True))
+    kept = [e for e, keep in zip(edges, solution.kept, strict=True) if keep]
+    ends = [(e.source, e.target) for e in kept if e.source in turned and e.target in turned]
+    return any(
+        abs(turned[a] - turned[b]) + poses.rotation_angle(solution.T_0[a][:3, :3].T @ solution.T_0[b][:3, :3]) > _ROUND
+        for a, b in ends
+        if abs(turned[a] - turned[b]) > np.pi
+    )
+
+
+def _unobservable(solution: Solution, edges: Sequence[PairEstimate]) -> tuple[Freedom, ...]:
+    """The free motions, in frame {0}, of views that no rigid edges connect to the origin; each once."""
+    found: list[Freedom] = []
+    for edge in edges:
+        if edge.source in solution.rigid and edge.target in solution.rigid:
+            continue
+        T = solution.T_0.get(edge.target)
+        for freedom in edge.freedoms if T is not None else ():
+            axis, point = T[:3, :3] @ freedom.axis, poses.transform(T, freedom.point[None])[0]
+            moved = Freedom(freedom.kind, axis, point)
+            if not any(same_freedom(moved, other) for other in found):
+                found.append(moved)
+    return tuple(found)

@@ -1,0 +1,49 @@
+"""A surface through the model's points (Kazhdan, Screened Poisson surface reconstruction, 2013; Open3D's)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import get_num_threads
+from scipy.spatial import cKDTree
+
+from processing.features.normals import estimate_normals
+from recorder.exceptions import MissingLibrary
+from recorder.objects.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class MeshSettings:
+    """Lengths are multiples of the model's resolution; not in the thesis, which ends with points."""
+
+    wanted: bool = False
+    normal_radius: float = 4.0
+    max_gap: float = 3.0  # the surface is cut where it is farther from every point: nothing was seen there
+
+
+def reconstruct_mesh(
+    points: np.ndarray, towards: np.ndarray, colors: np.ndarray | None, resolution: float, settings: MeshSettings
+) -> Mesh:
+    """The triangles through points (N, 3) that were seen from the directions `towards` (N, 3), with their colours.
+
+    Raises MissingLibrary where Open3D cannot be loaded.
+    """
+    try:
+        import open3d as o3d
+    except (ImportError, OSError) as error:
+        problem = f"cannot be loaded ({str(error).splitlines()[0]})"
+        raise MissingLibrary("open3d", problem, "install what is missing, or leave out --mesh") from None
+    normals = estimate_normals(points, settings.normal_radius * resolution, None)
+    normals[np.einsum("ni,ni->n", normals, towards) < 0] *= -1
+    known = np.isfinite(normals[:, 0])
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points[known].astype(np.float64)))
+    cloud.normals = o3d.utility.Vector3dVector(normals[known])
+    extent = float(np.ptp(points, axis=0).max())
+    depth = int(np.clip(np.ceil(np.log2(1.2 * extent / resolution)), 5, 10))
+    with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
+        surface, _ = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(cloud, depth=depth, n_threads=1)
+    vertices, triangles = np.asarray(surface.vertices), np.asarray(surface.triangles).astype(np.int64)
+    gap, nearest = cKDTree(points).query(vertices, workers=get_num_threads())
+    triangles = triangles[(gap <= settings.max_gap * resolution)[triangles].all(axis=1)]
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    painted = None if colors is None else colors[nearest[used]]
+    return Mesh(vertices[used], renumbered.reshape(-1, 3), painted)

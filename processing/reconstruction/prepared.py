@@ -1,0 +1,81 @@
+"""A view with everything registration asks of it, built when a step first needs it."""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from processing.reconstruction.free_space import RangeImage, make_range_image
+from processing.reconstruction.refinement import RefinementSettings, Target, make_target
+from processing.surface import Scale, Surface, Surfels
+from recorder.session import View, Views
+
+_PIXEL = 1.0  # of the range image, in multiples of the working resolution
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A view's surface, its keypoints and descriptors, and search structures."""
+
+    surface: Surface
+    keypoints: np.ndarray  # (K, 3)
+    descriptors: np.ndarray  # (K, 352), NaN rows where the local frame is not valid
+    frames: np.ndarray  # (K, 3, 3) local reference frames, rows x y z
+    scale: Scale | None
+    settings: RefinementSettings
+
+    @property
+    def view(self) -> int:
+        """Its recorded index."""
+        return self.surface.view
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Of the working points, for the thesis's ICP."""
+        return cKDTree(self.surface.working)
+
+    @cached_property
+    def few(self) -> Surfels:
+        """Surfels that stand for all while starts compete."""
+        return self.surface.surfels.thinned(self.settings.coarse_points)
+
+    @cached_property
+    def coarse(self) -> Target:
+        """The few, as partners."""
+        return make_target(self.few, self.settings.coarse_gate * self.scale.working)
+
+    @cached_property
+    def fine(self) -> Target:
+        """All surfels, as partners."""
+        return make_target(self.surface.surfels, self.settings.middle_gate * self.scale.working)
+
+    @cached_property
+    def range_image(self) -> RangeImage | None:
+        """What its sensor saw how far away; None where the sensor's place is unknown."""
+        origin = self.surface.sensor_origin
+        return None if origin is None else make_range_image(self.surface.points, origin, _PIXEL * self.scale.working)
+
+
+class Shelf:
+    """The last views asked for, prepared; one that is no longer there is read and prepared again."""
+
+    def __init__(self, views: Views, prepare: Callable[[View], Prepared], most: int) -> None:
+        self._views, self._prepare, self._most = views, prepare, most
+        self._kept: OrderedDict[int, Prepared] = OrderedDict()
+
+    def put(self, view: View) -> Prepared:
+        """A view that was just read."""
+        self._kept[view.index] = self._prepare(view)
+        if len(self._kept) > self._most:
+            self._kept.popitem(last=False)
+        return self._kept[view.index]
+
+    def get(self, index: int) -> Prepared:
+        """A view by its recorded index."""
+        if index not in self._kept:
+            return self.put(self._views.load(index))
+        self._kept.move_to_end(index)
+        return self._kept[index]

@@ -1,0 +1,142 @@
+"""Starts for the registration of a pair: poses that single correspondences propose and geometry does not refute.
+
+A correspondence with its two local reference frames is a whole pose (Buch, Pose estimation using local structure,
+2013): every one is a hypothesis, so that even few right ones among many wrong are enough, where samples of three would
+hardly ever be free of wrong ones.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from processing.features.grid import Cells
+from processing.features.parallel import kernel, over_slices
+from processing.reconstruction.prepared import Prepared
+from processing.reconstruction.ransac import count_inliers
+from processing.reconstruction.refinement import _partner
+
+
+@dataclass(frozen=True)
+class StartSettings:
+    """How starts are proposed and sifted; lengths in multiples of the working resolution; not in the thesis."""
+
+    tolerance: float = 5.0  # a correspondence that lies so near under a hypothesis supports it
+    hypotheses: int = 400  # the best supported ones, looked at more closely
+    screen_points: int = 150  # of the source, for that look
+    screen_gate: float = 6.0  # a point so near to a surface that faces the same way lies on it
+    screen_front: float = 6.0  # a point so far before a surface contradicts it
+    enough_overlap: float = 0.15  # a share on which a score is half of what it can be: beyond, more proves little
+    contradiction: float = 3.0  # what one contradiction costs, in points that fit; half where a sensor saw nothing
+    distinct_deg: float = 12.0  # starts less apart end in one place
+    distinct_shift: float = 0.06  # the same, as a share of the diameter
+    worth: float = 0.5  # starts are kept that score this share of the best ...
+    most: int = 6  # ... but no more than so many
+
+
+def propose(source: Prepared, target: Prepared, matches: np.ndarray, settings: StartSettings) -> np.ndarray:
+    """The likeliest starts T_target_source (B, 4, 4), best first, from matches (M, 2) of keypoints; B may be 0."""
+    w = source.scale.working
+    source_points = np.ascontiguousarray(source.keypoints[matches[:, 0]])
+    target_points = np.ascontiguousarray(target.keypoints[matches[:, 1]])
+    hypotheses = _from_frames(source_points, target_points, source.frames[matches[:, 0]], target.frames[matches[:, 1]])
+    counts = count_inliers(source_points, target_points, hypotheses, settings.tolerance * w)
+    hypotheses = hypotheses[np.argsort(-counts, kind="stable")[: settings.hypotheses]]
+    score = screen(hypotheses, source, target, settings)
+    ranked = np.argsort(-score, kind="stable")
+    ranked = ranked[score[ranked] >= settings.worth * score.max(initial=0.0)]
+    return _distinct(hypotheses[ranked], source, settings)
+
+
+def screen(T: np.ndarray, source: Prepared, target: Prepared, settings: StartSettings) -> np.ndarray:
+    """How well a few points of the source fit the target under each of many poses T (B, 4, 4), (B,): at most 1."""
+    w = source.scale.working
+    few = source.few.thinned(settings.screen_points)
+    grid, image = target.coarse.grid, target.range_image
+    seen = (np.eye(4), 1.0, np.zeros(2), np.empty((0, 0)), np.empty((0, 0), np.bool_))
+    if image is not None:
+        seen = (image.T_image_view, image.size, image.low, image.near, image.empty)
+    overlaps, contradictions = np.empty(len(T)), np.empty(len(T))
+    over_slices(
+        _screen, len(T), np.ascontiguousarray(T), few.points, few.normals, grid.points, target.coarse.normals,
+        grid.cells, grid.low, grid.cell, settings.screen_gate * w, *seen, settings.screen_front * w,
+        overlaps, contradictions,
+    )  # fmt: skip
+    met = (1 + settings.enough_overlap) * overlaps / (overlaps + settings.enough_overlap)
+    return met - settings.contradiction * contradictions
+
+
+def _from_frames(
+    source: np.ndarray, target: np.ndarray, source_frames: np.ndarray, target_frames: np.ndarray
+) -> np.ndarray:
+    """The motion (M, 4, 4) that takes each point (M, 3) with its frame (M, 3, 3), rows x y z, onto its partner's."""
+    T = np.zeros((len(source), 4, 4))
+    T[:, :3, :3] = np.einsum("mki,mkj->mij", target_frames, source_frames)
+    T[:, :3, 3] = target - np.einsum("mij,mj->mi", T[:, :3, :3], source)
+    T[:, 3, 3] = 1.0
+    return T
+
+
+def _distinct(T: np.ndarray, source: Prepared, settings: StartSettings) -> np.ndarray:
+    """The first few of the poses (B, 4, 4) that differ from all before them."""
+    center = source.few.points.mean(axis=0)
+    places = T[:, :3, :3] @ center + T[:, :3, 3]
+    chordal = 2 * np.sqrt(2) * np.sin(np.radians(settings.distinct_deg) / 2)
+    open_, kept = np.ones(len(T), bool), []
+    while open_.any() and len(kept) < settings.most:
+        first = int(open_.argmax())
+        kept.append(first)
+        apart = np.linalg.norm(T[:, :3, :3] - T[first, :3, :3], axis=(1, 2)) > chordal
+        shifted = np.linalg.norm(places - places[first], axis=1) > settings.distinct_shift * source.scale.diameter
+        open_ &= apart | shifted
+    return T[kept]
+
+
+@kernel
+def _screen(
+    start: int,
+    stop: int,
+    T: np.ndarray,
+    points: np.ndarray,
+    normals: np.ndarray,
+    partners: np.ndarray,
+    partner_normals: np.ndarray,
+    cells: Cells,
+    low: np.ndarray,
+    cell: float,
+    gate: float,
+    T_image_view: np.ndarray,
+    size: float,
+    corner: np.ndarray,
+    near: np.ndarray,
+    empty: np.ndarray,
+    front: float,
+    overlaps: np.ndarray,
+    contradictions: np.ndarray,
+) -> None:
+    """Fill the share of points on the target's surface, and of those where nothing can be (unseen ones count half)."""
+    rows = np.empty((9, 2), np.int64)
+    p, normal, q = np.empty(3), np.empty(3), np.empty(3)
+    height, width = near.shape
+    for h in range(start, stop):
+        on, against = 0, 0.0
+        for i in range(len(points)):
+            for k in range(3):
+                p[k] = T[h, k, 0] * points[i, 0] + T[h, k, 1] * points[i, 1] + T[h, k, 2] * points[i, 2] + T[h, k, 3]
+                normal[k] = T[h, k, 0] * normals[i, 0] + T[h, k, 1] * normals[i, 1] + T[h, k, 2] * normals[i, 2]
+            if _partner(partners, partner_normals, cells, low, cell, p, normal, gate, rows) >= 0:
+                on += 1
+            elif height > 0:
+                for k in range(3):
+                    q[k] = T_image_view[k, 3]
+                    for m in range(3):
+                        q[k] += T_image_view[k, m] * p[m]
+                if q[2] <= 0.0:
+                    against += 1.0
+                    continue
+                column = int(np.floor((q[0] / q[2] - corner[0]) / size))
+                row = int(np.floor((q[1] / q[2] - corner[1]) / size))
+                if not (0 <= column < width and 0 <= row < height) or empty[row, column]:
+                    against += 0.5
+                elif q[2] < near[row, column] - front:
+                    against += 1.0
+        overlaps[h], contradictions[h] = on / len(points), against / len(points)

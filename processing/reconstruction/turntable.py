@@ -1,0 +1,75 @@
+"""The turntable behind the poses: its axis, its step, and how each view departs from a perfect turn."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from processing.results.records import Freedom, Turntable, TurntableDeviation
+from recorder import poses
+
+
+@dataclass(frozen=True)
+class TurntableSettings:
+    """When poses are called a turntable's; not in the thesis."""
+
+    min_views: int = 3
+    min_turn_deg: float = 10.0  # from the first to the farthest view
+    max_wobble_deg: float = 5.0  # median; more, and the views do not turn about one axis
+    max_unevenness: float = (
+        0.5  # median departure of the steps from their median, as its share; more, and there is none
+    )
+
+
+def fit_turntable(T_0: Mapping[int, np.ndarray], settings: TurntableSettings) -> Turntable | None:
+    """The turn that the poses T_0_i (by view, in capture order) share; None where there are too few or they share none.
+
+    The axis a is what all rotations leave alone: it minimises sum |R_i a - a|^2; a point c of it is left alone by the
+    motions: it minimises sum |R_i c + t_i - c|^2. The step is the median turn from view to view, per recorded index.
+    """
+    views = list(T_0)
+    if len(views) < settings.min_views:
+        return None
+    R = np.array([T_0[view][:3, :3] for view in views])
+    t = np.array([T_0[view][:3, 3] for view in views])
+    M = (R - np.eye(3)).reshape(-1, 3)
+    turned = np.degrees(Rotation.from_matrix(R).magnitude())
+    if turned.max() < settings.min_turn_deg:
+        return None
+    axis = np.linalg.svd(M)[2][2]
+    point = np.linalg.lstsq(M, -t.ravel(), rcond=1e-6)[0]
+    angles = np.array([poses.twist(rotation, axis) for rotation in R])
+    steps = np.degrees((np.diff(angles) + np.pi) % (2 * np.pi) - np.pi) / np.diff(views)
+    step = float(np.median(steps))
+    if np.median(np.abs(steps - step)) > settings.max_unevenness * abs(step):
+        return None
+    if step < 0:
+        axis, angles, step = -axis, -angles, -step
+    expected = np.radians(step) * (np.array(views) - views[0])
+    slip = np.degrees((angles - expected + np.pi) % (2 * np.pi) - np.pi)
+    slip -= np.median(slip)
+    wobble = np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(R @ axis - axis, axis=1) / 2, 0, 1)))
+    if np.median(wobble) > settings.max_wobble_deg:
+        return None
+    shifts = R @ point + t - point
+    deviations = tuple(
+        TurntableDeviation(view, float(s), float(w), float(np.linalg.norm(shift)))
+        for view, s, w, shift in zip(views, slip, wobble, shifts, strict=True)
+    )
+    return Turntable(axis, point, step, deviations)
+
+
+def turn_by_step(T: np.ndarray, free: Freedom, step_deg: float) -> np.ndarray:
+    """The pose T_target_source turned about a free axis until the whole motion turns by a known step.
+
+    Positive steps are those of a camera that goes round counterclockwise seen from above (a camera's y points down).
+    """
+    step_deg = (step_deg + 180) % 360 - 180
+    angles = np.radians(np.arange(0, 360, 0.02))
+    turns = Rotation.from_rotvec(angles[:, None] * free.axis)
+    whole = (turns * Rotation.from_matrix(T[:3, :3])).as_rotvec()
+    off = np.abs(np.linalg.norm(whole, axis=1) - abs(np.radians(step_deg)))
+    off[np.sign(-whole[:, 1]) != np.sign(step_deg)] += 2 * np.pi
+    R = turns[int(off.argmin())].as_matrix()
+    return poses.make(R, free.point - R @ free.point) @ T

@@ -1,0 +1,49 @@
+"""Numbers, views and motions as words and tables give them."""
+
+from collections.abc import Sequence
+
+from processing.results.records import Freedom
+
+ENUMERATED = 10  # views that a sentence names, at most
+
+
+def number(value: float | None) -> str:
+    """Three digits; what is below a millionth is rounding."""
+    if value is None:
+        return ""
+    return "0" if abs(value) < 1e-6 else f"{value:.3g}"
+
+
+def in_mm(metres: float | None) -> str:
+    """Metres in millimetres."""
+    return number(None if metres is None else 1e3 * metres)
+
+
+def count(value: int | None) -> str:
+    """With commas between thousands."""
+    return "" if value is None else f"{value:,}"
+
+
+def percent(share: float | None) -> str:
+    """A share in percent."""
+    return "" if share is None else f"{share:.0%}"
+
+
+def enumerate_views(views: Sequence[int]) -> str:
+    """The first of them, and how many more there are."""
+    shown = ", ".join(map(str, views[:ENUMERATED]))
+    return shown + (f" and {len(views) - ENUMERATED} more" if len(views) > ENUMERATED else "")
+
+
+def name_view(view: int, name: str) -> str:
+    """`view 3`, with its name in the capture where that says more."""
+    return f"view {view}" if name in ("", f"view_{view:03d}") else f"view {view} ({name})"
+
+
+def describe_freedom(freedom: Freedom) -> str:
+    """A motion with its axis, and where it is."""
+    axis = ", ".join(f"{x:.2f}" for x in freedom.axis.round(2) + 0.0)
+    if freedom.kind == "shift":
+        return f"a shift along ({axis})"
+    place = ", ".join(f"{x:.0f}" for x in (1e3 * freedom.point).round() + 0.0)
+    return f"a turn about the axis ({axis}) through ({place}) mm"

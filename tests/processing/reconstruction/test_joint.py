@@ -1,0 +1,189 @@
+"""The joint refinement of whole sessions: what overlaps is found, in whatever order it came."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from processing.pipeline import process
+from processing.reconstruction.graph import GraphSettings
+from processing.reconstruction.joint import refine_jointly
+from processing.results.records import MethodResult, ViewEstimate
+from recorder import poses
+from recorder.session import in_memory
+from tests.geometry import bottle, random_pose, scan
+from tests.processing.scene import SETTINGS, Scene, degrees, edge
+
+
+def run(session):
+    """The session's last word, by both methods."""
+    *_, last = process(session.views(), session.info, methods=("pairwise", "refined"))
+    return last.reconstruction
+
+
+def rearranged(session, order, replaced=None):
+    """Some views of a session in another order, with other points in some places."""
+    views, truth = [], session.truth()
+    for i, j in enumerate(order):
+        view = (replaced or {}).get(i) or session.load(j)
+        views.append(replace(view, index=i, name=f"view_{i:03d}"))
+    return in_memory(replace(session.info, views=len(views)), views, {i: truth[j] for i, j in enumerate(order)})
+
+
+def errors_deg(session, found):
+    """View -> how far its pose is off, for all that are placed."""
+    truth = session.truth()
+    origin = poses.invert(truth[0])
+    return {v.view: degrees(v.T_0_i, origin @ truth[v.view]) for v in found.views if v.T_0_i is not None}
+
+
+def statuses(found):
+    return [view.status for view in found.views]
+
+
+@pytest.fixture(scope="module")
+def arc():
+    """Seven views, 25 degrees from one to the next."""
+    return scan(n_views=7, step_deg=25, points=12_000)
+
+
+@pytest.fixture(scope="module")
+def in_order(arc):
+    return run(arc)
+
+
+def test_it_is_better_than_composing(arc, in_order):
+    composed, refined = (errors_deg(arc, in_order[method]) for method in ("pairwise", "refined"))
+    assert statuses(in_order["refined"]) == ["ok"] * 7
+    assert (in_order["refined"].views[0].T_0_i == np.eye(4)).all()
+    assert max(refined.values()) < 0.7
+    assert np.mean(list(refined.values())) < np.mean(list(composed.values()))
+    assert not in_order["refined"].loop_closed
+    assert in_order["refined"].freedoms == ()
+
+
+def test_views_that_overlap_are_joined_besides_those_in_sequence(in_order):
+    pairs = [frozenset((p.source, p.target)) for p in in_order["refined"].pairs]
+    assert len(set(pairs)) == len(pairs)
+    assert any(max(pair) - min(pair) > 1 for pair in pairs)
+    assert {frozenset((i, i - 1)) for i in range(1, 7)} <= set(pairs)
+
+
+def test_two_views_are_the_pair(arc):
+    found = run(rearranged(arc, [0, 1]))
+    (pair,) = found["pairwise"].pairs
+    assert np.allclose(found["refined"].views[1].T_0_i, pair.T_target_source, atol=1e-9)
+
+
+def test_shuffled_views_are_all_placed(arc):
+    session = rearranged(arc, [3, 0, 6, 2, 5, 1, 4])
+    found = run(session)
+    assert statuses(found["pairwise"]).count("ok") < 7
+    assert statuses(found["refined"]) == ["ok"] * 7
+    assert max(errors_deg(session, found["refined"]).values()) < 0.7
+
+
+def test_a_broken_pair_in_the_middle_is_bridged(arc):
+    """The camera jumps to the far end of the arc and comes back."""
+    session = rearranged(arc, [0, 1, 6, 5, 4, 3, 2])
+    found = run(session)
+    assert found["pairwise"].pairs[1].status != "ok"
+    assert statuses(found["refined"]) == ["ok"] * 7
+    assert max(errors_deg(session, found["refined"]).values()) < 0.7
+
+
+def test_a_view_that_fits_nowhere_is_not_connected_and_harms_nothing(arc):
+    other = scan(n_views=1, surface=bottle, points=12_000).load(0)
+    session = rearranged(arc, range(5), {2: other})
+    found = run(session)["refined"]
+    assert statuses(found) == ["ok", "ok", "not_connected", "ok", "ok"]
+    assert found.views[2].T_0_i is None
+    assert max(errors_deg(session, found).values()) < 0.7
+
+
+def test_a_full_circle_is_closed():
+    session = scan(n_views=12, step_deg=30, points=8_000)
+    found = run(session)
+    assert statuses(found["refined"]) == ["ok"] * 12
+    assert found["refined"].loop_closed
+    assert frozenset((0, 11)) in {frozenset((p.source, p.target)) for p in found["refined"].pairs if p.status == "ok"}
+    refined, composed = (errors_deg(session, found[m]) for m in ("refined", "pairwise"))
+    assert max(refined.values()) < 1
+    assert refined[11] < max(0.5, composed[11])
+
+
+def test_a_short_arc_is_no_loop_however_far_apart_its_views_are_joined():
+    found = run(scan(n_views=4, step_deg=20, points=8_000))["refined"]
+    assert max(abs(p.source - p.target) for p in found.pairs) == 3
+    assert not found.loop_closed
+
+
+def test_a_bottles_views_are_ambiguous_about_its_axis():
+    session = scan(n_views=4, step_deg=20, surface=bottle, points=12_000)
+    found = run(session)["refined"]
+    assert statuses(found) == ["ok", "ambiguous", "ambiguous", "ambiguous"]
+    (freedom,) = found.freedoms
+    T_0_object = poses.invert(session.truth()[0])
+    assert freedom.kind == "turn"
+    assert abs(freedom.axis @ T_0_object[:3, 2]) > np.cos(np.radians(1))
+    assert np.linalg.norm(np.cross(freedom.point - T_0_object[:3, 3], freedom.axis)) < 0.001
+
+
+@pytest.fixture(scope="module")
+def ready(arc):
+    return Scene(rearranged(arc, [0, 1, 2, 3]))
+
+
+def pairwise_of(ready, pairs, placed="ok"):
+    views = [ViewEstimate(0, "ok", np.eye(4))]
+    views += [ViewEstimate(i, placed, ready.T(0, i)) for i in range(1, len(ready.views))]
+    return MethodResult(tuple(views), tuple(pairs))
+
+
+def jointly(ready, pairs, register):
+    how = SETTINGS.pair, GraphSettings()
+    return refine_jointly(pairwise_of(ready, pairs), 0, ready.views.__getitem__, register, *how)
+
+
+def exact(ready, source, target):
+    center = ready.views[target].surface.surfels.points.mean(axis=0)
+    return edge(source, target, ready.T(target, source), center)
+
+
+def never(source, target):
+    return replace(edge(source.view, target.view, np.eye(4)), status="diverged")
+
+
+def test_pairs_without_an_end_in_the_graph_keep_their_status(ready):
+    """Two views that fit each other but nothing else are not connected; their pair contradicts nobody."""
+    found = jointly(ready, [exact(ready, 1, 0), exact(ready, 3, 2)], never)
+    assert statuses(found) == ["ok", "ok", "not_connected", "not_connected"]
+    assert {(p.source, p.target): p.status for p in found.pairs}[3, 2] == "ok"
+
+
+def test_only_views_that_nothing_connects_are_registered_anew(ready):
+    asked = []
+
+    def register(source, target):
+        asked.append((source.view, target.view))
+        return ready.steps.register_unguided(source, target)
+
+    found = jointly(ready, [exact(ready, 1, 0), exact(ready, 3, 1)], register)
+    assert {source for source, _ in asked} == {2}
+    assert statuses(found) == ["ok"] * 4
+
+
+def test_a_pair_that_is_not_believed_is_no_edge(ready):
+    """Nor is one with another pose that explains the views as well."""
+    wrong = random_pose(np.random.default_rng(0))
+    for doubt in ({"status": "diverged"}, {"status": "ambiguous", "alternatives": (np.eye(4),)}):
+        pairs = [exact(ready, 1, 0), replace(exact(ready, 2, 1), T_target_source=wrong, **doubt)]
+        found = jointly(ready, pairs, never)
+        assert found.views[2].status == "not_connected"
+
+
+def test_without_an_origin_there_is_nothing_to_refine():
+    views = (ViewEstimate(0, "too_few_points", None), ViewEstimate(1, "unreadable", None))
+    found = refine_jointly(MethodResult(views, ()), None, None, None, SETTINGS.pair, GraphSettings())
+    assert statuses(found) == ["too_few_points", "unreadable"]
+    assert found.summary["failed_views"] == 2

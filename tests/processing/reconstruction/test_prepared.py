@@ -1,0 +1,60 @@
+"""Prepared views on a shelf: the last ones asked for stay, others are prepared again."""
+
+import numpy as np
+import pytest
+
+from processing.reconstruction.prepared import Shelf
+from processing.surface import Surfels
+from tests.geometry import scan
+from tests.processing.scene import Scene
+
+
+@pytest.fixture
+def shelf():
+    """A shelf for two of four views, and the indices of those that were prepared, in order."""
+    views, prepared = scan(n_views=4, points=2000).views(), []
+
+    def prepare(view):
+        prepared.append(view.index)
+        return f"view {view.index}"
+
+    return views, Shelf(views, prepare, most=2), prepared
+
+
+def test_what_is_on_the_shelf_is_not_prepared_again(shelf):
+    views, found, prepared = shelf
+    for view in views:
+        found.put(view)
+    assert [found.get(3), found.get(2), found.get(3)] == ["view 3", "view 2", "view 3"]
+    assert prepared == [0, 1, 2, 3]
+
+
+def test_what_was_asked_for_longest_ago_goes(shelf):
+    views, found, prepared = shelf
+    found.put(views.load(0))
+    found.put(views.load(1))
+    found.get(0)
+    found.get(2)
+    assert prepared == [0, 1, 2]
+    assert found.get(0) == "view 0"
+    assert prepared == [0, 1, 2]
+    assert found.get(1) == "view 1"
+    assert prepared == [0, 1, 2, 1]
+
+
+def test_a_few_surfels_stand_for_all():
+    every = Surfels(np.arange(30.0).reshape(10, 3), np.ones((10, 3)), np.arange(10.0))
+    assert len(every) == 10
+    assert every.thinned(10).variances.tolist() == list(range(10))
+    assert every.thinned(4).variances.tolist() == [0, 3, 6, 9]
+    assert len(every.thinned(1)) == 1
+
+
+def test_search_structures_are_made_once_and_hold_the_surfels():
+    view = Scene(scan(n_views=1)).views[0]
+    assert view.fine is view.fine
+    assert len(view.few) <= view.settings.coarse_points < len(view.surface.surfels)
+    for target, surfels in ((view.fine, view.surface.surfels), (view.coarse, view.few)):
+        assert np.array_equal(target.grid.points, surfels.points[target.grid.order])
+        assert np.array_equal(target.normals, surfels.normals[target.grid.order])
+        assert np.array_equal(target.variances, surfels.variances[target.grid.order])

@@ -1,0 +1,259 @@
+"""Motions that views cannot determine: named with the right axis where there are any, and only there."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from processing.reconstruction.judgement import JudgementSettings
+from processing.reconstruction.symmetry import (
+    SymmetrySettings,
+    direction,
+    find_freedoms,
+    hold,
+    release,
+    same_freedom,
+    take_out,
+    turned_around,
+    weak_motions,
+)
+from processing.results.records import Freedom
+from recorder import poses
+from tests.geometry import blob, bottle, cylinder, plane, random_pose, scan, sphere
+from tests.processing.scene import SETTINGS, Scene, degrees
+
+HOW = SymmetrySettings()
+NOISES = (0.0, 0.0005, 0.001)
+ONE_DEGREE = np.cos(np.radians(1))
+
+
+class Object(Scene):
+    """Two views of a scanned surface, and where its z axis and middle are in the first one."""
+
+    def __init__(self, surface, noise, seed=0):
+        super().__init__(scan(n_views=2, step_deg=20, noise=noise, surface=surface, seed=seed))
+        self.source, self.target = self.views[1], self.views[0]
+        T_camera_object = poses.invert(self.truth[0])
+        self.z, self.middle = T_camera_object[:3, 2], T_camera_object[:3, 3]
+        self.x = T_camera_object[:3, 0]
+
+    def motions(self):
+        gate = JudgementSettings().gate * self.scale.working
+        return weak_motions(self.T(0, 1), self.source.surface.surfels, self.target, gate)
+
+    def freedoms(self):
+        how = SETTINGS.pair
+        return find_freedoms(
+            self.T(0, 1), self.motions(), self.source, self.target, how.refinement, how.judgement, how.symmetry
+        )
+
+    def off_the_line(self, freedom):
+        """How far the object's middle is from a freedom's axis [m]."""
+        return np.linalg.norm(np.cross(self.middle - freedom.point, freedom.axis))
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize(("surface", "free"), [(sphere, 3), (cylinder, 2), (plane, 3), (bottle, 1), (blob, 0)])
+def test_information_tells_how_many_motions_are_free(surface, free, noise):
+    information = [motion.information for motion in Object(surface, noise).motions()]
+    assert len(information) == 6
+    assert (np.diff(information) >= 0).all()
+    assert all(np.abs(value) < HOW.suspicious / 2 for value in information[:free])
+    assert information[free] > 0.01
+    assert information[-1] <= 1
+
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_a_sphere_turns_about_its_middle_every_way(noise):
+    found = Object(sphere, noise)
+    freedoms = found.freedoms()
+    assert [f.kind for f in freedoms] == ["turn"] * 3
+    assert max(found.off_the_line(f) for f in freedoms) < 0.001
+    assert abs(np.linalg.det([f.axis for f in freedoms])) > 0.5
+
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_a_bottle_turns_about_its_axis(noise):
+    found = Object(bottle, noise)
+    (freedom,) = found.freedoms()
+    assert freedom.kind == "turn"
+    assert abs(freedom.axis @ found.z) > ONE_DEGREE
+    assert found.off_the_line(freedom) < 0.001
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("seed", range(2))
+def test_a_cylinder_turns_about_its_axis_and_shifts_only_along_it(noise, seed):
+    found = Object(cylinder, noise, seed)
+    freedoms = found.freedoms()
+    turns = [f for f in freedoms if f.kind == "turn"]
+    assert len(turns) == 1
+    assert abs(turns[0].axis @ found.z) > ONE_DEGREE
+    assert found.off_the_line(turns[0]) < 0.001
+    for shift in (f for f in freedoms if f.kind == "shift"):
+        assert abs(shift.axis @ found.z) > np.cos(np.radians(5))
+
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_a_plane_turns_about_its_normal_and_shifts_across(noise):
+    found = Object(plane, noise)
+    freedoms = found.freedoms()
+    assert len(freedoms) == 3
+    for freedom in freedoms:
+        across = abs(freedom.axis @ found.x)
+        assert across > ONE_DEGREE if freedom.kind == "turn" else across < np.sin(np.radians(2))
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("seed", range(2))
+def test_what_has_no_symmetry_has_no_freedom(noise, seed):
+    assert Object(blob, noise, seed).freedoms() == ()
+
+
+def test_views_that_do_not_meet_have_no_motions():
+    found = Object(blob, 0.0005)
+    far = poses.make(np.eye(3), [9.0, 0, 0])
+    assert weak_motions(far, found.source.surface.surfels, found.target, 0.01) == []
+
+
+def test_a_motion_is_rigid_and_as_large_as_it_says():
+    for motion in Object(blob, 0.0005).motions():
+        size = motion.size(np.radians(5), 0.01)
+        D = motion.pose(size)
+        assert np.allclose(D[:3, :3] @ D[:3, :3].T, np.eye(3))
+        turned, shifted = degrees(D, np.eye(4)), size * np.linalg.norm(motion.shift)
+        assert turned <= 5 + 1e-6
+        assert shifted <= 0.01 + 1e-9
+        assert max(turned / 5, shifted / 0.01) == pytest.approx(1)
+        assert np.allclose(motion.pose(-size), poses.invert(D), atol=1e-12)
+        assert np.allclose(motion.pose(size / 2) @ motion.pose(size / 2), D, atol=1e-12)
+
+
+def test_poses_about_a_bottle_are_turned_about_its_axis():
+    found = Object(bottle, 0.0005)
+    T = found.T(0, 1)
+    around = turned_around(T, found.motions(), found.source, found.target, SETTINGS.pair.proposals, HOW)
+    assert 0 < len(around) <= HOW.around_most
+    for pose in around.values():
+        D = pose @ poses.invert(T)
+        axis = Rotation.from_matrix(D[:3, :3]).as_rotvec()
+        assert abs(axis @ found.z) / np.linalg.norm(axis) > np.cos(np.radians(3))
+        assert degrees(D, np.eye(4)) > 10
+
+
+def test_nothing_is_turned_where_nothing_is_weak():
+    found = Object(blob, 0.0005)
+    firm = [motion for motion in found.motions() if motion.information > HOW.suspicious]
+    assert turned_around(np.eye(4), firm, found.source, found.target, SETTINGS.pair.proposals, HOW) == {}
+
+
+seeds = st.integers(0, 10**6)
+
+
+def turn(axis, point, angle):
+    R = Rotation.from_rotvec(angle * axis).as_matrix()
+    return poses.make(R, point - R @ point)
+
+
+def unit(rng):
+    v = rng.normal(size=3)
+    return v / np.linalg.norm(v)
+
+
+def close(A, B):
+    return np.allclose(A, B, atol=1e-9)
+
+
+@given(seeds)
+def test_a_declared_turn_is_taken_out_whole_and_nothing_else(seed):
+    rng = np.random.default_rng(seed)
+    axis, point, center = unit(rng), rng.normal(size=3), rng.normal(size=3)
+    freedom = Freedom("turn", axis, point)
+    assert close(take_out(turn(axis, point, rng.uniform(-3, 3)), [freedom], center), np.eye(4))
+    swing = np.cross(axis, unit(rng))
+    rest = turn(swing / np.linalg.norm(swing), rng.normal(size=3), rng.uniform(-2, 2))  # across the axis
+    rest = poses.make(np.eye(3), rng.normal(size=3)) @ rest
+    assert close(take_out(rest, [freedom], center), rest)
+    assert close(take_out(turn(axis, point, rng.uniform(-3, 3)) @ rest, [freedom], center), rest)
+
+
+@given(seeds)
+def test_a_declared_shift_is_taken_out_whole_and_nothing_else(seed):
+    rng = np.random.default_rng(seed)
+    axis, center = unit(rng), rng.normal(size=3)
+    freedom = Freedom("shift", axis, rng.normal(size=3))
+    along = poses.make(np.eye(3), rng.normal() * axis)
+    assert close(take_out(along, [freedom], center), np.eye(4))
+    across = np.cross(axis, rng.normal(size=3))
+    rest = poses.make(np.eye(3), across) @ turn(unit(rng), center, rng.uniform(-3, 3))
+    assert close(take_out(rest, [freedom], center), rest)
+    assert close(take_out(along @ rest, [freedom], center), rest)
+
+
+@given(seeds, st.sampled_from(["turn", "shift"]))
+def test_what_is_left_is_never_larger_and_stays(seed, kind):
+    rng = np.random.default_rng(seed)
+    center = rng.normal(size=3)
+    freedom = Freedom(kind, unit(rng), rng.normal(size=3))
+    D = random_pose(rng)
+    left = take_out(D, [freedom], center)
+    assert degrees(left, np.eye(4)) <= degrees(D, np.eye(4)) + 1e-5
+    assert close(take_out(left, [freedom], center), left)
+    assert close(take_out(D, [], center), D)
+
+
+@given(seeds)
+def test_all_turns_about_a_middle_are_free_where_three_are(seed):
+    rng = np.random.default_rng(seed)
+    middle, axes = rng.normal(size=3), Rotation.random(rng=rng).as_matrix()
+    D = turn(unit(rng), middle, rng.uniform(-3, 3))
+    left = take_out(D, [Freedom("turn", axis, middle) for axis in axes], middle + 0.1)
+    assert np.abs(left - np.eye(4)).max() < 1e-6
+
+
+@given(seeds)
+def test_a_screw_along_a_cylinder_is_a_turn_and_a_shift(seed):
+    rng = np.random.default_rng(seed)
+    axis, point = unit(rng), rng.normal(size=3)
+    D = poses.make(np.eye(3), rng.normal() * axis) @ turn(axis, point, rng.uniform(-3, 3))
+    both = [Freedom("turn", axis, point), Freedom("shift", axis, point)]
+    assert close(take_out(D, both, rng.normal(size=3)), np.eye(4))
+    assert close(take_out(D, both[::-1], rng.normal(size=3)), np.eye(4))
+
+
+def test_one_free_motion_seen_twice_is_one():
+    z = np.array([0.0, 0, 1])
+    a = Freedom("turn", z, np.zeros(3))
+    assert same_freedom(a, Freedom("turn", -z, np.array([0, 0.01, 7.0])))
+    assert not same_freedom(a, Freedom("shift", z, np.zeros(3)))
+    assert not same_freedom(a, Freedom("turn", z, np.array([0, 0.05, 0])))
+    assert not same_freedom(a, Freedom("turn", np.array([0, np.sin(0.3), np.cos(0.3)]), np.zeros(3)))
+    assert same_freedom(Freedom("shift", z, np.zeros(3)), Freedom("shift", z, np.ones(3)))
+
+
+@given(seeds, st.sampled_from(["turn", "shift"]))
+def test_information_is_released_along_a_freedom_only_and_can_be_held_there(seed, kind):
+    rng = np.random.default_rng(seed)
+    B = rng.normal(size=(6, 6))
+    A, center = B @ B.T + np.eye(6), rng.normal(size=3)
+    freedom = Freedom(kind, unit(rng), rng.normal(size=3))
+    v = direction(freedom, center)
+    released, held = release(A, center, freedom), hold(A, center, freedom, 0.01)
+    assert np.allclose(released @ v, 0, atol=1e-8)
+    assert np.linalg.eigvalsh(released).min() > -1e-8
+    assert v @ held @ v == pytest.approx(1 / 0.01**2)
+    # With the motion free, what is known of the others is what is left when it takes whatever value fits best.
+    x = rng.normal(size=6)
+    best = x - (v @ A @ x) / (v @ A @ v) * v
+    assert x @ released @ x == pytest.approx(best @ A @ best)
+
+
+@given(seeds)
+def test_the_direction_of_a_turn_is_its_small_motion(seed):
+    rng = np.random.default_rng(seed)
+    axis, point, center = unit(rng), rng.normal(size=3), rng.normal(size=3)
+    v, D = direction(Freedom("turn", axis, point), center), turn(axis, point, 1e-6)
+    assert np.allclose(v[:3], axis)
+    assert np.allclose((poses.transform(D, center[None])[0] - center) / 1e-6, v[3:], atol=1e-5)
+    assert np.allclose(direction(Freedom("shift", axis, point), center), [0, 0, 0, *axis])
