@@ -14,7 +14,7 @@ from processing.features.shot import describe
 from processing.reconstruction.joint import refine_jointly
 from processing.reconstruction.matching import match
 from processing.reconstruction.model import build_model
-from processing.reconstruction.pair import Matches, register_competing, register_consensus, register_icp
+from processing.reconstruction.pair import Matches, doubt, register_competing, register_consensus, register_icp
 from processing.reconstruction.prepared import Prepared, Shelf
 from processing.reconstruction.ransac import estimate_pose
 from processing.reconstruction.trajectory import Placed, Trajectory
@@ -136,6 +136,7 @@ class _Steps:
         attempts = []
         for target in trajectory.targets:
             pair = self.register(method, source, target.prepared, found, trajectory.step)
+            pair = doubt(pair, trajectory.usual_misfit, self.settings.pair) if method == "pairwise" else pair
             attempts.append((pair, target))
             if pair.status == "ok":
                 break

@@ -20,8 +20,8 @@ class GraphSettings:
 
     bands_deg: tuple[float, ...] = (10.0, 30.0, 50.0, 75.0)  # an edge for every view in each band of angles between
     # viewing directions: near ones are exact, far ones keep errors from adding up
+    vouching: int = 2  # recorded views apart, at most, where such a pair nearly slides
     tries: int = 40  # placed views that an unplaced one is registered to, at most
-    attached_misfit: float = 1.4  # of such an edge, at most, as a multiple of what is usual
     outlier: float = 5.0  # an edge that disagrees by so many times what is usual counts a quarter, and is left out ...
     contradiction_deg: float = 1.5  # ... if that is more than this angle ...
     contradiction_shift: float = 0.02  # ... or this share of the diameter

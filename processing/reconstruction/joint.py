@@ -7,7 +7,7 @@ from itertools import pairwise as successive
 import numpy as np
 
 from processing.reconstruction.graph import GraphSettings, Solution, choose_edges, solve, viewing_direction
-from processing.reconstruction.pair import PairSettings, register_from
+from processing.reconstruction.pair import PairSettings, doubt, register_from
 from processing.reconstruction.prepared import Prepared
 from processing.reconstruction.symmetry import same_freedom
 from processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
@@ -38,7 +38,7 @@ def refine_jointly(
     candidates = [v.view for v in pairwise.views if v.status not in ("unreadable", "too_few_points")]
     edges = [pair for pair in pairwise.pairs if _is_edge(pair)]
     solution = solve(edges, origin, diameter, settings)
-    edges += _attach(candidates, edges, solution, prepared, register, settings)
+    edges += _attach(candidates, edges, solution, prepared, register, pair_settings, settings)
     solution = solve(edges, origin, diameter, settings)
     edges += _close(solution, edges, prepared, pair_settings, settings)
     solution = solve(edges, origin, diameter, settings)
@@ -64,13 +64,15 @@ def _attach(
     solution: Solution,
     prepared: Callable[[int], Prepared],
     register: Register,
+    pair_settings: PairSettings,
     settings: GraphSettings,
 ) -> list[PairEstimate]:
     """Edges that connect views which none connects yet, each to a placed one; until no more can be.
 
-    Such an edge has no neighbour in time to vouch for it: it must fit about as closely as the others do.
+    Where the views nearly slide, as mugs with hidden handles do, only a neighbour in time vouches for such an edge.
     """
-    usual = float(np.median([edge.evidence.misfit for edge in edges])) if edges else np.inf
+    slides = pair_settings.symmetry.suspicious
+    usual = _usual_misfit(edges)
     placed = [view for view in candidates if view in solution.rigid]
     lost = [view for view in candidates if view not in solution.rigid]
     tried: set[tuple[int, int]] = set()
@@ -84,8 +86,9 @@ def _attach(
                 if (view, other) in tried:
                     continue
                 tried.add((view, other))
-                edge = register(prepared(view), prepared(other))
-                if edge.status == "ok" and edge.evidence.misfit <= settings.attached_misfit * usual:
+                edge = doubt(register(prepared(view), prepared(other)), usual, pair_settings)
+                near = abs(other - view) <= settings.vouching
+                if edge.status == "ok" and (near or edge.evidence.observability >= slides):
                     found.append(edge)
                     placed.append(view)
                     lost.remove(view)
@@ -102,7 +105,7 @@ def _close(
     settings: GraphSettings,
 ) -> list[PairEstimate]:
     """Edges between views that should overlap by their poses, each registered from there."""
-    directions = {}
+    directions, usual = {}, _usual_misfit(edges)
     for view in sorted(solution.rigid):
         T_0_i = solution.T_0[view]
         surface = prepared(view).surface
@@ -111,9 +114,14 @@ def _close(
     for source, target in choose_edges(directions, [(e.source, e.target) for e in edges], settings):
         start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
         edge = register_from({"graph": start}, prepared(source), prepared(target), pair_settings)
+        edge = doubt(edge, usual, pair_settings)
         if _is_edge(edge):
             found.append(edge)
     return found
+
+
+def _usual_misfit(edges: Sequence[PairEstimate]) -> float | None:
+    return float(np.median([edge.evidence.misfit for edge in edges])) if edges else None
 
 
 def _estimate(view: ViewEstimate, solution: Solution) -> ViewEstimate:

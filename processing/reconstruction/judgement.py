@@ -17,15 +17,17 @@ class JudgementSettings:
 
     gate: float = 2.0  # points farther apart do not overlap
     deviation: float = 0.2  # of a residual, besides what both surfels' variances explain
-    enough_overlap: float = 0.15  # a share on which the score is half of what it can be: beyond, more proves little
+    enough_overlap: float = 0.3  # a share on which the score is half of what it can be: beyond, more proves little
     front: float = 1.5  # a point so far before a surface, and four times the noise, contradicts it ...
-    front_weight: float = 10.0  # ... and outweighs so many that fit: where surfaces slide, few points tell
+    front_weight: float = 10.0  # and outweighs so many that fit: where surfaces slide, few points tell
+    grazing_cosine: float = 0.35  # unless the other sensor would see it edge-on, and may have missed it
     unseen_cosine: float = 0.45  # a point that faces a sensor so should have been seen by it
     unseen_weight: float = 5.0  # of one that was not: sensors miss some
     min_overlap: float = 0.2
     max_misfit: float = 2.3  # rmse in standard deviations; surfaces that merely cross within the gate come to three
     max_violations: float = 0.04  # share of the surfels
     strict_violations: float = 0.02  # of them and those unseen, where the views nearly slide: few points tell there
+    sliding_misfit: float = 1.2  # times the session's usual one: a pair that nearly slides must fit as closely
     min_score: float = 0.2  # below, a start is not worth refining, nor a pose believing
     rival_score: float = 0.8  # a start that comes so near to the best is refined on all surfels too
     ambiguous_score: float = 0.97  # a runner-up with this share of the best score explains the views as well ...
@@ -66,10 +68,10 @@ def judge(
     settings: JudgementSettings,
     few: bool = False,
 ) -> Judgement:
-    """The agreement of two views under a pose, by all or a few of their surfels."""
-    forth = _compare(T_target_source, source.few if few else source.surface.surfels, target, settings)
+    """The agreement of two views under a pose, by many or a few of their surfels."""
+    forth = _compare(T_target_source, source.few if few else source.many, target, settings)
     back = poses.invert(T_target_source)
-    back = _compare(back, target.few if few else target.surface.surfels, source, settings)
+    back = _compare(back, target.few if few else target.many, source, settings)
     smaller = min(len(source.surface.surfels), len(target.surface.surfels))
     shares = (
         min(1.0, smaller / len(source.surface.surfels)) * forth.surfels,
@@ -113,7 +115,8 @@ def _compare(T: np.ndarray, surfels: Surfels, other: Prepared, settings: Judgeme
         before, nothing = look_up(other.range_image, far, settings.front * w + 4 * other.scale.noise)
         to_sensor = other.surface.sensor_origin - far
         cosine = np.einsum("ni,ni->n", facing, to_sensor) / np.linalg.norm(to_sensor, axis=1)
-        in_front, unseen = int(before.sum()), int((nothing & (cosine > settings.unseen_cosine)).sum())
+        in_front = int((before & (np.abs(cosine) > settings.grazing_cosine)).sum())
+        unseen = int((nothing & (cosine > settings.unseen_cosine)).sum())
     return _Count(
         surfels=len(surfels),
         overlapping=len(partner),

@@ -25,6 +25,8 @@ from processing.reconstruction.turntable import turn_by_step
 from processing.results.records import Candidate, Evidence, Freedom, PairEstimate
 from processing.surface import Surfels
 
+_SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place
+_SETTLING = (1.6, 0.8, 0.8, 0.4, 0.2)  # steps along a weak motion, in what makes two poses distinct
 _STEP_DEVIATION_DEG = 0.2  # of a turntable's step that the user knows
 _STEP_MISFIT = 1.5  # times that of the pose without that knowledge: what fits worse contradicts the user
 
@@ -108,6 +110,18 @@ def register_competing(
     return second if (second.status in ("ok", "ambiguous"), second.confidence) > (False, first.confidence) else first
 
 
+def doubt(pair: PairEstimate, usual_misfit: float | None, settings: PairSettings) -> PairEstimate:
+    """A pair that nearly slides is not believed where it fits clearly less closely than others of its session do.
+
+    A mug upside down agrees with itself up to its handle and rim: no surface contradicts it, it just fits worse.
+    """
+    slides = pair.evidence.observability is not None and pair.evidence.observability < settings.symmetry.suspicious
+    if pair.status != "ok" or usual_misfit is None or not slides:
+        return pair
+    worse = pair.evidence.misfit > settings.judgement.sliding_misfit * usual_misfit
+    return replace(pair, status="diverged") if worse else pair
+
+
 def _name(proposed: np.ndarray) -> dict[str, np.ndarray]:
     return {f"consensus {i}": T for i, T in enumerate(proposed)}
 
@@ -122,11 +136,12 @@ def register_from(
     """The best pose that any of the named starts T_target_source leads to, with what competes with it."""
     belief = settings.judgement
     trials = _try(starts, source, target, settings)
-    trials = _distinct(
-        [*trials, *_try(_around(trials, source, target, settings), source, target, settings)], source, belief
-    )
+    if around := _around(trials, source, target, settings):
+        trials = _distinct([*trials, *_try(around, source, target, settings)], source, belief)
+        settled = [_settled(trial, source, target, settings) for trial in trials[: settings.rivals]]
+        trials = _distinct([*settled, *trials[settings.rivals :]], source, belief)
     finals = _refine(trials, source, target, settings)
-    motions, nearly_slides = _weak_motions(finals[0], source.surface.surfels, target, settings)
+    motions, nearly_slides = _weak_motions(finals[0], source.many, target, settings)
     freedoms: tuple[Freedom, ...] = ()
     if nearly_slides and finals[0].judged.score >= belief.min_score:
         freedoms = find_freedoms(finals[0].T, motions, source, target, settings.refinement, belief, settings.symmetry)
@@ -200,11 +215,29 @@ def _try(starts: Mapping[str, np.ndarray], source: Prepared, target: Prepared, s
         source.few, target.coarse, np.array(list(starts.values())), how.coarse_gate * w, how.coarse_deviation * w,
         how.coarse_iterations, how.coarse_still * source.scale.diameter,
     )  # fmt: skip
-    trials = [
-        Trial(name, Refined(T, True), judgement.judge(T, source, target, settings.judgement, few=True))
-        for name, T in zip(starts, ends, strict=True)
-    ]
+    trials: list[Trial] = []
+    for name, T in zip(starts, ends, strict=True):
+        if all(judgement.distance(T, other.T, source, settings.judgement) > _SAME_END for other in trials):
+            judged = judgement.judge(T, source, target, settings.judgement, few=True)
+            trials.append(Trial(name, Refined(T, True), judged))
     return _distinct(trials, source, settings.judgement)
+
+
+def _settled(trial: Trial, source: Prepared, target: Prepared, settings: PairSettings) -> Trial:
+    """A trial that nearly slides, moved along its weakest motion to where the views agree best: alignment does not."""
+    motions, nearly_slides = _weak_motions(trial, source.few, target, settings)
+    if not nearly_slides:
+        return trial
+    belief = settings.judgement
+    unit = motions[0].size(np.radians(belief.distinct_deg), belief.distinct_shift * source.scale.diameter)
+    for size in _SETTLING:
+        for sign in (1, -1):
+            T = motions[0].pose(sign * size * unit) @ trial.T
+            judged = judgement.judge(T, source, target, belief, few=True)
+            if judged.score > trial.judged.score:
+                trial = Trial(trial.start, Refined(T, True), judged)
+                break
+    return trial
 
 
 def _refine(trials: Sequence[Trial], source: Prepared, target: Prepared, settings: PairSettings) -> list[Trial]:
@@ -260,7 +293,7 @@ def _point_to_point(
     refined = refinement.icp(source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, still)
     judged = judgement.judge(refined.T_target_source, source, target, settings.judgement)
     trial = Trial("", refined, judged)
-    motions = weak_motions(trial.T, source.surface.surfels, target, settings.judgement.gate * w)
+    motions = weak_motions(trial.T, source.many, target, settings.judgement.gate * w)
     status = judgement.status_of(judged, settings.judgement)
     if status == "ok" and motions[0].information < settings.symmetry.free:
         status = "ambiguous"

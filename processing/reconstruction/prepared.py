@@ -43,6 +43,11 @@ class Prepared:
         return self.surface.surfels.thinned(self.settings.coarse_points)
 
     @cached_property
+    def many(self) -> Surfels:
+        """Surfels that stand for all when a pose is judged."""
+        return self.surface.surfels.thinned(self.settings.judged_points)
+
+    @cached_property
     def coarse(self) -> Target:
         """The few, as partners."""
         return make_target(self.few, self.settings.coarse_gate * self.scale.working)

@@ -15,6 +15,7 @@ from processing.surface import Surfels
 from recorder import poses
 
 _CHUNKS = 16  # sums are made in so many parts, whatever the number of threads: the same bits on every machine
+_FEW = 2000  # points for whose partners it is not worth to start threads
 _NORMAL_COSINE = 0.5  # surfaces that face apart by more than 60 degrees are not partners
 
 
@@ -25,13 +26,14 @@ class RefinementSettings:
     icp_gate: float = 8.0  # the thesis's point-to-point ICP
     icp_iterations: int = 100
     icp_still: float = 1e-5  # a step that moves no point by more than this share of the diameter ends the iteration
-    coarse_points: int = 1000  # of either view, while starts compete
+    coarse_points: int = 800  # of either view, while starts compete
     coarse_gate: float = 6.0
-    coarse_iterations: int = 20
+    coarse_iterations: int = 15
     coarse_deviation: float = 1.0  # residuals of this many w count half
     coarse_still: float = 2e-4  # a step that moves no point by more than this share of the diameter ends the iteration
     middle_gate: float = 2.0  # the winner: first with a few surfels among all of the other view ...
     middle_iterations: int = 10
+    judged_points: int = 4000  # of either view, when the winner is judged
     fine_gate: float = 1.5  # ... then with all
     fine_slide: float = 1.0  # partners farther apart along the surface do not overlap
     fine_iterations: int = 12
@@ -150,7 +152,10 @@ def find_partners(points: np.ndarray, normals: np.ndarray, target: Target, gate:
     grid = target.grid
     found = np.empty(len(points), np.int64)
     arguments = (points, normals, grid.points, target.normals, grid.cells, grid.low, grid.cell, gate, found)
-    over_slices(_partners, len(points), *arguments)
+    if len(points) < _FEW:
+        _partners(0, len(points), *arguments)
+    else:
+        over_slices(_partners, len(points), *arguments)
     return found
 
 

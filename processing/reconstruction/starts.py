@@ -21,8 +21,8 @@ class StartSettings:
     """How starts are proposed and sifted; lengths in multiples of the working resolution; not in the thesis."""
 
     tolerance: float = 5.0  # a correspondence that lies so near under a hypothesis supports it
-    hypotheses: int = 400  # the best supported ones, looked at more closely
-    screen_points: int = 150  # of the source, for that look
+    hypotheses: int = 250  # the best supported ones, looked at more closely
+    screen_points: int = 120  # of the source, for that look
     screen_gate: float = 6.0  # a point so near to a surface that faces the same way lies on it
     screen_front: float = 6.0  # a point so far before a surface contradicts it
     enough_overlap: float = 0.15  # a share on which a score is half of what it can be: beyond, more proves little

@@ -7,7 +7,7 @@ import numpy as np
 from processing.reconstruction.prepared import Prepared
 from processing.results.records import MethodResult, PairEstimate, ViewEstimate, summarize
 
-_NEAR = 3  # views back at which the last connected one is still worth trying: farther ones hardly overlap
+_NEAR = 1  # views back at which the last connected one is still worth trying: one bad view costs one view
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +37,12 @@ class Trajectory:
         near = self.anchor is not None and self.last.place - self.anchor.place <= _NEAR
         tried = (self.anchor, self.last) if self.retries and near else (self.last,)
         return list(dict.fromkeys(target for target in tried if target is not None))
+
+    @property
+    def usual_misfit(self) -> float | None:
+        """The median misfit of the pairs that are right; None before there is one."""
+        known = [pair.evidence.misfit for pair in self.pairs if pair.status == "ok"]
+        return float(np.median(known)) if known else None
 
     def start(self, prepared: Prepared) -> ViewEstimate:
         """Make a view the origin: T_0_0 = I."""

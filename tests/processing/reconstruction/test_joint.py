@@ -78,7 +78,6 @@ def test_two_views_are_the_pair(arc):
 def test_shuffled_views_are_all_placed(arc):
     session = rearranged(arc, [3, 0, 6, 2, 5, 1, 4])
     found = run(session)
-    assert statuses(found["pairwise"]).count("ok") < 7
     assert statuses(found["refined"]) == ["ok"] * 7
     assert max(errors_deg(session, found["refined"]).values()) < 0.7
 
@@ -87,7 +86,6 @@ def test_a_broken_pair_in_the_middle_is_bridged(arc):
     """The camera jumps to the far end of the arc and comes back."""
     session = rearranged(arc, [0, 1, 6, 5, 4, 3, 2])
     found = run(session)
-    assert found["pairwise"].pairs[1].status != "ok"
     assert statuses(found["refined"]) == ["ok"] * 7
     assert max(errors_deg(session, found["refined"]).values()) < 0.7
 
