@@ -24,7 +24,7 @@ recorder_cli.mount(app)
 
 _COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown
     "failed\nviews": ("failed_views", 1),
-    "translation\nmax [mm]": ("max_translation_error_m", 1e3),
+    "transl.\nmax [mm]": ("max_translation_error_m", 1e3),
     "chordal\nmedian": ("median_rotation_error_chordal", 1),
     "chordal\nmax": ("max_rotation_error_chordal", 1),
     "angle\nmax [deg]": ("max_rotation_error_deg", 1),
@@ -153,7 +153,7 @@ def _compile() -> None:
     from processing.compilation import compile_kernels, compiled
 
     if not compiled():
-        typer.echo("Compiling the kernels: once on this machine, about 20 s ...", err=True)
+        typer.echo("Compiling the kernels: once on this machine, about 10 s ...", err=True)
         compile_kernels()
 
 
