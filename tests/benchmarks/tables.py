@@ -11,7 +11,7 @@ from tests.benchmarks.scores import PairScore, SessionScore
 REFERENCE = "pairwise"  # what ratios are to
 LEGEND = """
 pairs       estimates wanted; ok: called ok (a peer calls every pose ok); wrong ok: of these, wrong; right %: of all
-not ok      right, but not called ok
+not ok      right, with no motion free, but not called ok
 deg, mm     rotation and centre error over all estimates, the motions declared free taken out; x: times pairwise's
 /floor      error / floor of the ok pairs, rotation and centre, what the surfaces leave free taken out of both
 chordal     largest of all T_0_i, median over sessions; /chain: times the floor of a chain with known shape
@@ -44,7 +44,7 @@ def show_methods(
         seconds = _values(mine if with_seconds else [], "seconds")
         rows.append([
             method, len(mine), len(ok), sum(not p.right for p in ok), f"{100 * len(right) / len(mine):.1f}",
-            sum(not p.ok for p in right),
+            sum(not p.ok and not p.free_motions for p in right),
             *(_number(f, degrees) for f in (np.median, _high, np.max)),
             _quotient(degrees, _values(reference, "observable_deg")),
             _number(np.median, _values(mine, "observable_mm")),
@@ -81,9 +81,9 @@ def show_wrong(pairs: Sequence[PairScore]) -> None:
         mine = _where(pairs, method=method)
         if all(pair.confidence is None for pair in mine):
             continue
-        ok, right = _where(mine, ok=True), _where(mine, right=True)
-        both = sum(pair.right for pair in ok)
-        print(f"\n{method}: right among ok {interval(both, len(ok))}; ok among right {interval(both, len(right))}")
+        ok, told = _where(mine, ok=True), _where(mine, right=True, free_motions=0)
+        shares = interval(sum(p.right for p in ok), len(ok)), interval(sum(p.ok for p in told), len(told))
+        print(f"\n{method}: right among ok {shares[0]}; ok among right where no motion is free {shares[1]}")
         for pair in ok:
             if not pair.right:
                 evidence = ", ".join(f"{k} {_short(v)}" for k, v in pair.evidence.items() if v is not None)
