@@ -10,21 +10,29 @@ STAGES = ("prepare", "keypoints", "descriptors", "matching", "ransac", "icp", "r
 
 
 class Stopwatch:
-    """Seconds by method and stage; a shared stage counts in every method that uses it."""
+    """Seconds by method and stage; a shared stage counts in every method that uses it.
+
+    Where one stage runs inside another, its seconds are its own and not the outer one's.
+    """
 
     def __init__(self) -> None:
+        self._inside: list[float] = []  # of each running stage, outermost first: seconds of finished stages inside it
         self._seconds: defaultdict[str, defaultdict[str, float]] = defaultdict(lambda: defaultdict(float))
 
     @contextmanager
     def __call__(self, stage: str, *methods: str) -> Iterator[None]:
         """Time a stage, for these methods."""
         started = time.perf_counter()
+        self._inside.append(0.0)
         try:
             yield
         finally:
             elapsed = time.perf_counter() - started
+            own = elapsed - self._inside.pop()
+            if self._inside:
+                self._inside[-1] += elapsed
             for method in methods:
-                self._seconds[method][stage] += elapsed
+                self._seconds[method][stage] += own
 
     def lap(self) -> dict[str, dict[str, float]]:
         """Method -> stage -> seconds since the last lap."""

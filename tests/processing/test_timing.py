@@ -1,0 +1,33 @@
+"""Seconds count once: a stage inside another is not the other's."""
+
+import time
+
+import pytest
+
+from processing.timing import Stopwatch, total
+
+
+def test_a_stage_inside_another_is_not_counted_twice():
+    watch = Stopwatch()
+    started = time.perf_counter()
+    with watch("refine", "refined"):
+        time.sleep(0.02)
+        with watch("prepare", "pairwise", "refined"):
+            time.sleep(0.05)
+    elapsed = time.perf_counter() - started
+    lap = watch.lap()
+    assert lap["pairwise"]["prepare"] == lap["refined"]["prepare"] >= 0.05
+    assert lap["refined"]["refine"] >= 0.02
+    assert sum(lap["refined"].values()) == pytest.approx(elapsed, abs=0.005)
+
+
+def test_stages_add_up_over_laps_and_a_lap_begins_anew():
+    watch = Stopwatch()
+    with watch("icp", "icp"):
+        pass
+    laps = [watch.lap(), watch.lap()]
+    assert laps[1] == {}
+    sums = total([{"icp": {"icp": 1.0}}, {"icp": {"icp": 2.0, "prepare": 4.0}}], ("icp",), 0.5, 9.0)
+    assert sums["methods"]["icp"]["icp"] == 3.0
+    assert sums["methods"]["icp"]["total"] == 7.0
+    assert (sums["outlier_removal"], sums["total"]) == (0.5, 9.0)
