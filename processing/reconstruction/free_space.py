@@ -10,6 +10,8 @@ from recorder import poses
 _MAX_PIXELS = 4_000_000  # of a range image; a stray point far off makes the pixels coarser, not the image larger
 _NEAR = 3  # pixels across: a surface may be as near as the nearest of this neighbourhood
 _HOLE = 5  # pixels across: nothing was seen where such a neighbourhood is empty
+_WIDEST = 0.1  # cosine: directions farther from the one to the object are no part of an image
+_MOST_OUTSIDE = 0.1  # share of the points that may lie in such directions: more, and the sensor stands amid them
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,11 +25,17 @@ class RangeImage:
     empty: np.ndarray  # (H, W) bool: nothing was seen there or around
 
 
-def make_range_image(points: np.ndarray, sensor_origin: np.ndarray, pixel: float) -> RangeImage:
-    """The range image of a view's points (N, 3) from its sensor (3,); a pixel is so wide [m] at the object's centre."""
+def make_range_image(points: np.ndarray, sensor_origin: np.ndarray, pixel: float) -> RangeImage | None:
+    """The range image of a view's points (N, 3) from its sensor (3,); a pixel is so wide [m] at the object's centre.
+
+    None where the sensor stands amid the points: an image holds what lies before it.
+    """
     T = _look_at(sensor_origin, points.mean(axis=0, dtype=np.float64))
     local = poses.transform(T, points)
-    local = local[local[:, 2] > 0]
+    before = local[:, 2] > _WIDEST * np.linalg.norm(local, axis=1)
+    if np.mean(~before) > _MOST_OUTSIDE:
+        return None
+    local = local[before]
     tangents = local[:, :2] / local[:, 2:]
     low, high = tangents.min(axis=0), tangents.max(axis=0)
     distance = float(local[:, 2].mean())
@@ -60,7 +68,8 @@ def look_up(image: RangeImage, points: np.ndarray, tolerance: float) -> tuple[np
 
 def _look_at(eye: np.ndarray, center: np.ndarray) -> np.ndarray:
     """T_image_view of a sensor at `eye` whose z axis goes through `center`; its turn about z is of no account."""
-    forward = (center - eye) / max(float(np.linalg.norm(center - eye)), 1e-12)
+    distance = float(np.linalg.norm(center - eye))
+    forward = (center - eye) / distance if distance > 0 else np.array([0.0, 0.0, 1.0])
     aside = np.eye(3)[int(np.abs(forward).argmin())]
     right = np.cross(aside, forward)
     right /= np.linalg.norm(right)

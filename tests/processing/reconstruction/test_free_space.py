@@ -126,3 +126,17 @@ def test_points_behind_the_sensor_are_no_part_of_the_image():
     image = make_range_image(np.vstack([wall(), [[0.0, 0, -1.0]]]), np.zeros(3), PIXEL)
     assert np.nanmin(image.near) > 0
     assert looked_up(image, (0, 0, 0.9)) == (True, False)
+
+
+def test_amid_the_points_there_is_no_image():
+    """A room scanned from within: half of what the sensor saw lies behind any image of it."""
+    u = np.random.default_rng(0).normal(size=(2000, 3))
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    assert make_range_image(u, np.array([0.2, 0, 0]), PIXEL) is None
+    assert make_range_image(np.vstack([u, -u]), np.zeros(3), PIXEL) is None  # nowhere to look to
+
+
+def test_a_point_beside_the_sensor_does_not_widen_the_image():
+    image = make_range_image(np.vstack([wall(), [[0.5, 0.0, 1e-9]]]), np.zeros(3), PIXEL)
+    assert image.size == pytest.approx(PIXEL, rel=0.01)
+    assert looked_up(image, (0, 0, 0.9)) == (True, False)
