@@ -10,6 +10,9 @@ from processing.features.normals import estimate_normals
 from recorder.exceptions import MissingLibrary
 from recorder.objects.mesh import Mesh
 
+_MARGIN = 1.2  # times the extent: the octree's cube
+_DEPTHS = 5, 10  # least and most levels of the octree: a deeper one takes gigabytes
+
 
 @dataclass(frozen=True)
 class MeshSettings:
@@ -22,8 +25,10 @@ class MeshSettings:
 
 def reconstruct_mesh(
     points: np.ndarray, towards: np.ndarray, colors: np.ndarray | None, resolution: float, settings: MeshSettings
-) -> Mesh:
-    """The triangles through points (N, 3) that were seen from the directions `towards` (N, 3), with their colours.
+) -> Mesh | None:
+    """The triangles through points (N, 3) that were seen from the directions `towards` (N, 3), with colours (N, 3).
+
+    The resolution [m] is the points'. None where they lie so far apart that no normal can be told.
 
     Raises MissingLibrary where Open3D cannot be loaded.
     """
@@ -35,10 +40,12 @@ def reconstruct_mesh(
     normals = estimate_normals(points, settings.normal_radius * resolution, None)
     normals[np.einsum("ni,ni->n", normals, towards) < 0] *= -1
     known = np.isfinite(normals[:, 0])
+    if not known.any():
+        return None
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points[known].astype(np.float64)))
     cloud.normals = o3d.utility.Vector3dVector(normals[known])
     extent = float(np.ptp(points, axis=0).max())
-    depth = int(np.clip(np.ceil(np.log2(1.2 * extent / resolution)), 5, 10))
+    depth = int(np.clip(np.ceil(np.log2(_MARGIN * extent / resolution)), *_DEPTHS))
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
         surface, _ = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(cloud, depth=depth, n_threads=1)
     vertices, triangles = np.asarray(surface.vertices), np.asarray(surface.triangles).astype(np.int64)
