@@ -15,11 +15,11 @@ from recorder.session import View, Views
 class SurfaceSettings:
     """How a view is prepared; no value is in the thesis."""
 
-    noise_factor: float = 2.5  # the working resolution is at least this times the noise ...
+    noise_factor: float = 2.5  # the working resolution w is at least this times the noise ...
     diameter_share: float = 1 / 150  # ... and at least this share of the object's diameter
-    scale_views: int = 5  # views looked at to choose it
-    normal_radius: float = 4.0  # multiples of the working resolution
-    quadric_radius: float = 2.0  # the same, of the fitted quadrics, and at least as far as 32 neighbours reach
+    scale_views: int = 5  # spread over the session, looked at to choose it; up to twice as many
+    normal_radius: float = 4.0  # multiples of w
+    quadric_radius: float = 2.0  # the same, and at least as far as 32 neighbours reach
     min_points: int = 50  # fewer working points cannot be registered
     kept_views: int = 40  # prepared views held in memory; others are prepared again when they are needed
 
@@ -31,7 +31,7 @@ class Scale:
     working: float  # resolution w of the working clouds [m]
     patch: float  # how far a neighbourhood of 32 points reaches in the clouds [m]
     noise: float  # standard deviation of a point along the surface's normal [m]
-    diameter: float  # of a view [m]
+    diameter: float  # of the object as a view sees it [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +46,9 @@ class Surfels:
         return len(self.points)
 
     def thinned(self, most: int) -> "Surfels":
-        """Every n-th of them, no more than so many."""
+        """Every n-th of them, no more than so many; contiguous, so that kernels are compiled for one layout only."""
         step = slice(None, None, max(1, -(-len(self) // most)))
-        return Surfels(self.points[step], self.normals[step], self.variances[step])
+        return Surfels(*map(np.ascontiguousarray, (self.points[step], self.normals[step], self.variances[step])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,10 @@ def _facts(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
 def prepare(
     view: View, scale: Scale | None, sensor_origin: tuple[float, ...] | None, settings: SurfaceSettings
 ) -> Surface:
-    """The surface of a view at a scan's scale; normals face the sensor's origin (see `estimate_normals`)."""
+    """The surface of a view at a scan's scale; normals face the sensor's origin (see `estimate_normals`).
+
+    Without normals and surfels where there are too few points, or no scale.
+    """
     points, colors = cloud.finite(view.points, view.colors)
     origin = None if sensor_origin is None else np.array(sensor_origin, dtype=np.float64)
     working = grid.cell_means(points, scale.working) if scale else np.empty((0, 3))
