@@ -4,7 +4,7 @@ import numpy as np
 
 from processing.features.parallel import kernel
 
-_NEGLIGIBLE = 1e-14
+_NEGLIGIBLE = 1e-14  # absolute: callers scale A so that what counts is far above it
 
 
 @kernel

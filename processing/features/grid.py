@@ -19,8 +19,8 @@ class Grid:
     points: np.ndarray  # (N, 3) float64, sorted
     order: np.ndarray  # (N,) int64: sorted position -> original index
     cells: Cells
-    low: np.ndarray  # (3,) the lower corner
-    cell: float
+    low: np.ndarray  # (3,) the lower corner [m]
+    cell: float  # side of a cell [m]
 
 
 def build(points: np.ndarray, cell: float) -> Grid:

@@ -17,7 +17,10 @@ def moments_around(
     first: np.ndarray,
     second: np.ndarray,
 ) -> int:
-    """How many points lie in the ball about point i; fill first (3,) and second (3, 3): sums of d and of d d^t."""
+    """How many of the sorted points (N, 3) lie in the ball [m] about the i-th, itself among them.
+
+    Fill first (3,) and second (3, 3): the sums of d and of d d^t, d being their offsets from it.
+    """
     rows = np.empty((9, 2), np.int64)
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     rows_around(cells, low, cell, points[i], rows)

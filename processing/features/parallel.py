@@ -30,4 +30,5 @@ def over_slices(function: Callable[..., None], count: int, *arguments: Any) -> N
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
+    """Kept for all calls: to start threads takes longer than many a kernel."""
     return ThreadPoolExecutor(threads)

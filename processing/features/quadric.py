@@ -7,7 +7,7 @@ from processing.features.grid import Cells, build, rows_around
 from processing.features.parallel import kernel, over_slices
 
 TERMS = 6  # 1, x, y, x^2, x y, y^2
-MIN_NEIGHBOURS = 10
+MIN_NEIGHBOURS = 10  # some more than terms, or there is nothing left to tell the variance by
 _RIDGE = 1e-6  # of the weights' sum: keeps points along a line solvable
 
 
@@ -45,6 +45,7 @@ def _fit(
     normals: np.ndarray,
     variances: np.ndarray,
 ) -> None:
+    """Overwrite points and normals [start, stop) by the quadrics', and fill their variances."""
     for i in range(start, stop):
         variances[i] = _fit_one(cloud, cells, low, cell, radius, points[i], normals[i])
 
