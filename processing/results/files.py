@@ -11,13 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from processing.results.records import Freedom, MethodResult, PairEstimate, SessionResult, Turntable, ViewEstimate
+from processing.results.records import (
+    ERROR_NAMES,
+    Freedom,
+    MethodResult,
+    PairEstimate,
+    SessionResult,
+    Turntable,
+    ViewEstimate,
+)
 from recorder import poses
 from recorder.sources import ply_file
 
 FORMAT_VERSION = 1
 _LIBRARIES = ("numpy", "scipy", "numba", "rerun-sdk", "mcap")
-_ERROR_COLUMNS = ("translation_error_m", "rotation_error_chordal", "rotation_error_deg", "center_error_m")
 
 
 def input_sha256(path: Path) -> str:
@@ -193,11 +200,11 @@ def _write_errors(path: Path, result: SessionResult) -> None:
     names = dict(zip(result.views_used, result.view_names, strict=True))
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream, lineterminator="\n")
-        table.writerow(("view", "name", "method", "status", *_ERROR_COLUMNS))
+        table.writerow(("view", "name", "method", "status", *ERROR_NAMES))
         for name, method in result.reconstruction.items():
             for view in method.views:
                 errors = asdict(view.errors)
-                table.writerow((view.view, names[view.view], name, view.status, *(errors[c] for c in _ERROR_COLUMNS)))
+                table.writerow((view.view, names[view.view], name, view.status, *errors.values()))
 
 
 def _write_trajectory(path: Path, result: SessionResult, T_0: Mapping[int, np.ndarray]) -> None:

@@ -1,7 +1,7 @@
 """What processing says: a ViewResult per view as soon as it is known, then one SessionResult. All frozen."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -33,11 +33,17 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A start that competed for a pair."""
+    """A start that competed for a pair, and how the views agree where a first, coarse alignment took it.
 
-    start: str  # "consensus", "identity"
-    status: str
-    score: float
+    Its name says where it came from: `identity` (no motion), `previous` (the step from the view before), `ransac` (the
+    thesis's consensus set), `consensus 3` (the fourth best pose that single correspondences propose), `graph` (the
+    poses of the joint refinement so far); or another one's name and `turned by 15`: from there, so many degrees about
+    an axis that the views hardly determine.
+    """
+
+    start: str
+    status: str  # as it would be the pair's
+    score: float  # see `Judgement`; at most 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +79,10 @@ class PairEstimate:
     status: str
     confidence: float
     evidence: Evidence
-    candidates: tuple[Candidate, ...] = ()
-    information: np.ndarray | None = None  # (6, 6) of a turn [rad] about the centre, then a shift [m]
+    candidates: tuple[Candidate, ...] = ()  # best first
+    information: np.ndarray | None = (
+        None  # (6, 6) of a turn [rad] about the centre, then a shift [m]: inverse covariance
+    )
     center: np.ndarray | None = None  # (3,) in the target's frame
     freedoms: tuple[Freedom, ...] = ()  # in the target's frame
     alternatives: tuple[np.ndarray, ...] = ()  # other T_target_source that explain the views as well
@@ -89,6 +97,9 @@ class ViewErrors:
     rotation_error_chordal: float | None = None  # thesis (5.2), 0 to 2 sqrt(2)
     rotation_error_deg: float | None = None
     center_error_m: float | None = None  # how far the object's centre is off; does not grow with the camera's distance
+
+
+ERROR_NAMES = tuple(f.name for f in fields(ViewErrors))
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +237,7 @@ class SessionResult:
 def summarize(views: tuple[ViewEstimate, ...], origin: int | None) -> dict[str, Any]:
     """Failed views, and last, largest and median of the errors, view {0} left out; null where no truth is known."""
     summary: dict[str, Any] = {"failed_views": sum(view.status != "ok" for view in views)}
-    for name in ("translation_error_m", "rotation_error_chordal", "rotation_error_deg", "center_error_m"):
+    for name in ERROR_NAMES:
         values = [getattr(view.errors, name) for view in views if view.view != origin]
         known = [value for value in values if value is not None]
         summary[f"last_{name}"] = known[-1] if known else None
