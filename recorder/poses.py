@@ -39,6 +39,11 @@ def transform(T: np.ndarray, points: np.ndarray) -> np.ndarray:
     return x * T[:3, 0] + y * T[:3, 1] + z * T[:3, 2] + T[:3, 3]
 
 
+def rotate(T: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Directions (N, 3) in frame b, in frame a; float64."""
+    return transform(make(T[:3, :3], np.zeros(3)), directions)
+
+
 def project_rotation(M: np.ndarray) -> np.ndarray:
     """The rotation nearest to a 3x3 matrix in the Frobenius norm."""
     U, _, Vt = np.linalg.svd(M)

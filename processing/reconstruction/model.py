@@ -66,7 +66,7 @@ def merge(
         towards = points - points.mean(axis=0) if sensor_origin is None else np.array(sensor_origin) - points
         towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-12)
         T = T_0[view.index]
-        attributes = [poses.transform(poses.make(T[:3, :3], np.zeros(3)), towards)]
+        attributes = [poses.rotate(T, towards)]
         attributes += [] if colors is None else [colors]
         merged.append(cell_means(poses.transform(T, points), resolution, np.hstack(attributes)))
         if sum(map(len, merged)) > _MERGE_EVERY:
