@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from processing.features import keypoints, normals, quadric, shot
-from processing.reconstruction import ransac, refinement, starts
+from processing.reconstruction import normal_equations, partners, ransac, refinement, starts
 
 KERNELS = (
     normals._normals,
@@ -15,9 +15,9 @@ KERNELS = (
     shot._describe,
     quadric._fit,
     ransac._count_inliers,
-    refinement._accumulate_chunks,
+    partners._partners,
+    normal_equations._accumulate_chunks,
     refinement._align_each,
-    refinement._partners,
     starts._screen,
 )
 

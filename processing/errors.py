@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from processing.reconstruction.symmetry import take_out
+from processing.reconstruction.freedom import take_out
 from processing.results.records import (
     Centroid,
     MethodResult,

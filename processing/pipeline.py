@@ -11,10 +11,11 @@ import numpy as np
 
 from processing.features.keypoints import detect_keypoints
 from processing.features.shot import describe
+from processing.reconstruction.competition import doubt
 from processing.reconstruction.joint import refine_jointly
 from processing.reconstruction.matching import match
 from processing.reconstruction.model import build_model
-from processing.reconstruction.pair import Matches, doubt, register_competing, register_consensus, register_icp
+from processing.reconstruction.pair import Matches, register_competing, register_consensus, register_icp
 from processing.reconstruction.prepared import Prepared, Shelf
 from processing.reconstruction.ransac import estimate_pose
 from processing.reconstruction.trajectory import Placed, Trajectory
@@ -149,7 +150,7 @@ class _Steps:
         source: Prepared,
         target: Prepared,
         found: dict[Prepared, Matches],
-        previous: np.ndarray | None = None,
+        previous: np.ndarray | None,
     ) -> PairEstimate:
         """The pose of a pair by one method; `found` keeps the matches with a target for the method after it."""
         how = self.settings.pair
@@ -165,12 +166,13 @@ class _Steps:
             return register_competing(source, target, found[target], previous, how)
 
     def register_unguided(self, source: Prepared, target: Prepared) -> PairEstimate:
-        """Any two views, for the joint refinement."""
-        return self.register("pairwise", source, target, {})
+        """Any two views, for the joint refinement alone."""
+        matches = self.correspond(source, target, ("refined",))
+        return register_competing(source, target, matches, None, self.settings.pair)
 
-    def correspond(self, source: Prepared, target: Prepared) -> Matches:
+    def correspond(self, source: Prepared, target: Prepared, methods: Sequence[str] = _USE_FEATURES) -> Matches:
         """Steps 3 and 4: matched descriptors, and the pose most of them agree on."""
-        how, users = self.settings, self._users(_USE_FEATURES)
+        how, users = self.settings, self._users(methods)
         with self.watch("matching", *users):
             indices = match(source.descriptors, target.descriptors, how.matching)
         with self.watch("ransac", *users):

@@ -9,10 +9,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from processing.features.keypoints import KeypointSettings
 from processing.features.shot import ShotSettings
+from processing.reconstruction.competition import PairSettings
 from processing.reconstruction.graph import GraphSettings
 from processing.reconstruction.matching import MatchSettings
 from processing.reconstruction.model import ModelSettings
-from processing.reconstruction.pair import PairSettings
 from processing.reconstruction.ransac import RansacSettings
 from processing.reconstruction.turntable import TurntableSettings
 from processing.surface import SurfaceSettings

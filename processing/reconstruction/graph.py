@@ -4,31 +4,45 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, eye
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
-from processing.reconstruction.symmetry import release
+from processing.reconstruction.freedom import release
 from processing.results.records import PairEstimate
 from recorder import poses
+
+_QUARTER = 0.25  # the weight of an edge that disagrees as `GraphSettings.outlier` says
 
 
 @dataclass(frozen=True)
 class GraphSettings:
     """Which pairs become edges, and how the graph is solved; not in the thesis."""
 
-    bands_deg: tuple[float, ...] = (10.0, 30.0, 50.0, 75.0)  # an edge for every view in each band of angles between
-    # viewing directions: near ones are exact, far ones keep errors from adding up
-    vouching: int = 2  # recorded views apart, at most, where such a pair nearly slides
-    tries: int = 40  # placed views that an unplaced one is registered to, at most
-    outlier: float = 5.0  # an edge that disagrees by so many times what is usual counts a quarter, and is left out ...
-    contradiction_deg: float = 1.5  # ... if that is more than this angle ...
+    # An edge for every view in each band of angles between viewing directions, from 0 on: near ones are exact, far
+    # ones keep errors from adding up.
+    bands_deg: tuple[float, ...] = (10.0, 30.0, 50.0, 75.0)
+
+    # A view that nothing connects is registered to placed ones.
+    tries: int = 40  # at most, the nearest in time first
+    vouching: int = 2  # recorded views apart, at most, where the two nearly slide: only a neighbour vouches for those
+
+    # Three edges that close up to this vouch for each other: first poses go along the best vouched for.
+    triangle_deg: float = 3.0
+    triangle_shift: float = 0.03  # share of the diameter
+
+    # An edge is left out that disagrees with the others in proportion and in absolute terms.
+    outlier: float = 5.0  # times what is usual, in standard deviations: such an edge counts a quarter
+    contradiction_deg: float = 1.5  # and it is off by more than this angle ...
     contradiction_shift: float = 0.02  # ... or this share of the diameter
-    triangle_deg: float = 3.0  # three edges that close up to this angle ...
-    triangle_shift: float = 0.03  # ... and this share of the diameter vouch for each other
+
     iterations: int = 20
-    still: float = 1e-10
+    still: float = 1e-10  # a step that turns [rad] and shifts [m] no view by more ends the iteration
+
+    # Free motions of two edges are one whose axes are so near to each other.
+    same_axis_deg: float = 10.0
+    same_axis_shift: float = 0.1  # share of the diameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +51,7 @@ class Solution:
 
     T_0: Mapping[int, np.ndarray]  # view -> T_0_i of the views that edges connect to the origin
     rigid: frozenset[int]  # those of them that edges without free motions connect
-    kept: tuple[bool, ...]  # which edges agree with the rest
+    kept: tuple[bool, ...]  # of each edge: whether nothing contradicts it
 
 
 def viewing_direction(T_0_i: np.ndarray, centroid: np.ndarray, sensor_origin: np.ndarray | None) -> np.ndarray:
@@ -77,26 +91,23 @@ def choose_edges(
 
 def place(
     edges: Sequence[PairEstimate], origin: int, support: Sequence[int]
-) -> tuple[dict[int, np.ndarray], list[PairEstimate]]:
-    """First poses T_0_i along the best supported, then most confident edges, and these edges; of all they connect.
+) -> tuple[dict[int, np.ndarray], list[int]]:
+    """First poses T_0_i of all views that edges connect to the origin, and which edges they go along, in order.
 
-    Edges with free motions are taken only where there are no others.
+    These are the best supported, then most confident ones; those with free motions only where there are no others.
     """
     T_0, tree = {origin: np.eye(4)}, []
     ranks = [(bool(e.freedoms), -s, -e.confidence, e.source, e.target) for e, s in zip(edges, support, strict=True)]
-    waiting = [edges[k] for k in sorted(range(len(edges)), key=ranks.__getitem__)]
-    while True:
-        for edge in waiting:
-            if (edge.source in T_0) != (edge.target in T_0):
-                break
-        else:
-            return T_0, tree
+    waiting = sorted(range(len(edges)), key=ranks.__getitem__)
+    while (at := next((k for k in waiting if (edges[k].source in T_0) != (edges[k].target in T_0)), None)) is not None:
+        edge = edges[at]
         if edge.target in T_0:
             T_0[edge.source] = T_0[edge.target] @ edge.T_target_source
         else:
             T_0[edge.target] = T_0[edge.source] @ poses.invert(edge.T_target_source)
-        tree.append(edge)
-        waiting.remove(edge)
+        tree.append(at)
+        waiting.remove(at)
+    return T_0, tree
 
 
 def count_support(edges: Sequence[PairEstimate], diameter: float, settings: GraphSettings) -> list[int]:
@@ -104,8 +115,8 @@ def count_support(edges: Sequence[PairEstimate], diameter: float, settings: Grap
     known = {}
     for edge in edges:
         if not edge.freedoms:
-            known[edge.target, edge.source] = (edge.T_target_source, edge.center)
-            known[edge.source, edge.target] = (poses.invert(edge.T_target_source), None)
+            known[edge.target, edge.source] = edge.T_target_source
+            known[edge.source, edge.target] = poses.invert(edge.T_target_source)
     neighbours: dict[int, set[int]] = {}
     for a, b in known:
         neighbours.setdefault(a, set()).add(b)
@@ -114,7 +125,7 @@ def count_support(edges: Sequence[PairEstimate], diameter: float, settings: Grap
         votes = 0
         common = neighbours.get(edge.source, set()) & neighbours.get(edge.target, set())
         for third in sorted(common) if not edge.freedoms else ():
-            around = known[edge.target, third][0] @ known[third, edge.source][0]
+            around = known[edge.target, third] @ known[third, edge.source]
             D = around @ poses.invert(edge.T_target_source)
             turned = np.degrees(poses.rotation_angle(D[:3, :3]))
             shifted = float(np.linalg.norm(poses.transform(D, edge.center[None])[0] - edge.center))
@@ -127,34 +138,43 @@ def count_support(edges: Sequence[PairEstimate], diameter: float, settings: Grap
 def solve(edges: Sequence[PairEstimate], origin: int, diameter: float, settings: GraphSettings) -> Solution:
     """The poses that all edges agree on best, robustly: an edge that contradicts the others is left out.
 
-    Gauss-Newton over SE(3) with the edges' information (Lu and Milios, Globally consistent range scan alignment, 1997),
-    reweighted by how each edge disagrees in proportion to what is usual. Edges with free motions hold only what nothing
-    else holds.
+    Every edge has information; the diameter [m] is the object's. Gauss-Newton over SE(3) with the edges' information
+    (Lu and Milios, Globally consistent range scan alignment, 1997), reweighted by how each edge disagrees in proportion
+    to what is usual. Edges with free motions hold only what nothing else holds.
     """
-    T_0, bridges = place(edges, origin, count_support(edges, diameter, settings))
-    free = {id(edge) for edge in edges if edge.freedoms} - {id(edge) for edge in bridges}
-    used = [e for e in edges if e.source in T_0 and e.target in T_0 and id(e) not in free]
-    informations = [_information(edge) for edge in used]
-    views = [view for view in T_0 if view != origin]
-    number = {view: k for k, view in enumerate(views)}
-    weights = np.ones(len(used))
-    for _ in range(settings.iterations if views else 0):
-        residuals = [_residual(edge, T_0) for edge in used]
+    T_0, tree = place(edges, origin, count_support(edges, diameter, settings))
+    used = [k for k, e in enumerate(edges) if e.source in T_0 and e.target in T_0 and (not e.freedoms or k in tree)]
+    weights = _relax(T_0, [edges[k] for k in used], origin, settings)
+    contradicted = {
+        k
+        for k, weight in zip(used, weights, strict=True)
+        if weight <= _QUARTER and _differs(edges[k], T_0, diameter, settings)
+    }
+    holding = [edges[k] for k in used if k not in contradicted]
+    connected = _connected(holding, origin)
+    rigid = _connected([edge for edge in holding if not edge.freedoms], origin)
+    kept = tuple(k not in contradicted for k in range(len(edges)))
+    return Solution({view: T for view, T in T_0.items() if view in connected}, frozenset(rigid), kept)
+
+
+def _relax(
+    T_0: dict[int, np.ndarray], edges: Sequence[PairEstimate], origin: int, settings: GraphSettings
+) -> np.ndarray:
+    """Move the poses T_0_i, all but the origin's, to where the edges agree best; how much each edge counted, 0 to 1."""
+    informations = [_information(edge) for edge in edges]
+    number = {view: k for k, view in enumerate(view for view in T_0 if view != origin)}
+    weights = np.ones(len(edges))
+    for _ in range(settings.iterations if number else 0):
+        residuals = [_residual(edge, T_0) for edge in edges]
         disagreement = np.array([r @ A @ r for r, A in zip(residuals, informations, strict=True)])
         usual = max(float(np.median(disagreement)), 1e-12)
         weights = 1.0 / (1.0 + disagreement / (settings.outlier**2 * usual)) ** 2
-        step = _step(used, informations, residuals, weights, T_0, number)
+        step = _step(edges, informations, residuals, weights, T_0, number)
         for view, k in number.items():
             T_0[view] = _moved(T_0[view], step[6 * k : 6 * k + 6])
         if np.abs(step).max() < settings.still:
             break
-    outlying = {id(edge) for edge, weight in zip(used, weights, strict=True) if weight <= 0.25}
-    contradicted = {id(edge) for edge in used if id(edge) in outlying and _differs(edge, T_0, diameter, settings)}
-    kept = tuple(id(edge) not in contradicted for edge in edges)
-    holding = [edge for edge in used if id(edge) not in contradicted]
-    connected = _connected(holding, origin)
-    rigid = _connected([edge for edge in holding if not edge.freedoms], origin)
-    return Solution({view: T for view, T in T_0.items() if view in connected}, frozenset(rigid), kept)
+    return weights
 
 
 def _information(edge: PairEstimate) -> np.ndarray:
@@ -169,7 +189,7 @@ def _residual(edge: PairEstimate, T_0: Mapping[int, np.ndarray]) -> np.ndarray:
     """(6,) how the poses depart from an edge, in the target's frame: a turn, and the shift of the edge's centre."""
     D = poses.invert(T_0[edge.target]) @ T_0[edge.source] @ poses.invert(edge.T_target_source)
     shift = poses.transform(D, edge.center[None])[0] - edge.center
-    return np.concatenate([_rotation_vector(D[:3, :3]), shift])
+    return np.concatenate([Rotation.from_matrix(D[:3, :3]).as_rotvec(), shift])
 
 
 def _differs(edge: PairEstimate, T_0: Mapping[int, np.ndarray], diameter: float, settings: GraphSettings) -> bool:
@@ -209,22 +229,14 @@ def _step(
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
     H = coo_matrix(entries, shape=(size, size)).tocsc()
     ridge = 1e-12 * H.diagonal().max()  # holds what no edge says anything about where it is
-    return splu(H + ridge * _identity(size)).solve(b)
-
-
-def _identity(size: int) -> coo_matrix:
-    every = np.arange(size)
-    return coo_matrix((np.ones(size), (every, every)), shape=(size, size)).tocsc()
+    return splu(H + ridge * eye(size, format="csc")).solve(b)
 
 
 def _moved(T: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """A pose after a turn [rad] about the origin and a shift [m], x (6,)."""
     R = Rotation.from_rotvec(x[:3]).as_matrix()
     moved = poses.make(R, x[3:]) @ T
     return poses.make(poses.project_rotation(moved[:3, :3]), moved[:3, 3])
-
-
-def _rotation_vector(R: np.ndarray) -> np.ndarray:
-    return Rotation.from_matrix(R).as_rotvec()
 
 
 def _cross_matrix(p: np.ndarray) -> np.ndarray:

@@ -6,10 +6,10 @@ from itertools import pairwise as successive
 
 import numpy as np
 
+from processing.reconstruction.competition import PairSettings, doubt, register_from
+from processing.reconstruction.freedom import same_freedom
 from processing.reconstruction.graph import GraphSettings, Solution, choose_edges, solve, viewing_direction
-from processing.reconstruction.pair import PairSettings, doubt, register_from
 from processing.reconstruction.prepared import Prepared
-from processing.reconstruction.symmetry import same_freedom
 from processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
 from recorder import poses
 
@@ -29,8 +29,8 @@ def refine_jointly(
     """All views of a session refined together, starting from the pairs of successive views; T_0_origin = I.
 
     A view that its own pair does not connect is registered to others; then every view to those it should overlap, by
-    the poses so far; then the graph is solved. Views keep the status of what placed them: `ok` where rigid edges lead
-    to the origin, `ambiguous` where only edges with a free motion do.
+    the poses so far; then the graph is solved. A view is `ok` where rigid edges lead from it to the origin, `ambiguous`
+    where only edges with a free motion do, `not_connected` where none do.
     """
     if origin is None:
         return MethodResult(pairwise.views, (), summary=summarize(pairwise.views, origin))
@@ -47,7 +47,7 @@ def refine_jointly(
         views,
         tuple(_marked(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)),
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
-        freedoms=_unobservable(solution, edges),
+        freedoms=_unobservable(solution, edges, diameter, settings),
         summary=summarize(views, origin),
     )
 
@@ -88,7 +88,7 @@ def _attach(
                 tried.add((view, other))
                 edge = doubt(register(prepared(view), prepared(other)), usual, pair_settings)
                 near = abs(other - view) <= settings.vouching
-                if edge.status == "ok" and (near or edge.evidence.observability >= slides):
+                if edge.status == "ok" and _is_edge(edge) and (near or edge.evidence.observability >= slides):
                     found.append(edge)
                     placed.append(view)
                     lost.remove(view)
@@ -121,10 +121,12 @@ def _close(
 
 
 def _usual_misfit(edges: Sequence[PairEstimate]) -> float | None:
+    """The median misfit of the edges; None without any."""
     return float(np.median([edge.evidence.misfit for edge in edges])) if edges else None
 
 
 def _estimate(view: ViewEstimate, solution: Solution) -> ViewEstimate:
+    """A view where the solution places it."""
     T_0_i = solution.T_0.get(view.view)
     if T_0_i is None:
         status = view.status if view.status in ("unreadable", "too_few_points") else "not_connected"
@@ -151,9 +153,12 @@ def _goes_round(solution: Solution, edges: Sequence[PairEstimate], views: Sequen
     )
 
 
-def _unobservable(solution: Solution, edges: Sequence[PairEstimate]) -> tuple[Freedom, ...]:
+def _unobservable(
+    solution: Solution, edges: Sequence[PairEstimate], diameter: float, settings: GraphSettings
+) -> tuple[Freedom, ...]:
     """The free motions, in frame {0}, of views that no rigid edges connect to the origin; each once."""
     found: list[Freedom] = []
+    near = settings.same_axis_deg, settings.same_axis_shift * diameter
     for edge in edges:
         if edge.source in solution.rigid and edge.target in solution.rigid:
             continue
@@ -161,6 +166,6 @@ def _unobservable(solution: Solution, edges: Sequence[PairEstimate]) -> tuple[Fr
         for freedom in edge.freedoms if T is not None else ():
             axis, point = T[:3, :3] @ freedom.axis, poses.transform(T, freedom.point[None])[0]
             moved = Freedom(freedom.kind, axis, point)
-            if not any(same_freedom(moved, other) for other in found):
+            if not any(same_freedom(moved, other, *near) for other in found):
                 found.append(moved)
     return tuple(found)

@@ -5,58 +5,74 @@ from dataclasses import dataclass
 import numpy as np
 
 from processing.reconstruction.free_space import look_up
+from processing.reconstruction.partners import find_partners
 from processing.reconstruction.prepared import Prepared
-from processing.reconstruction.refinement import find_partners
 from processing.surface import Surfels
 from recorder import poses
+
+_NOISE = 4.0  # standard deviations of a point by which it may lie before a surface, besides the settings' share
+_HALF = 4.0  # a residual of so many variances fits half as well as none
+_MOST_VARIANCES = 25.0  # that one residual adds to the misfit: a few strays do not decide it
+_RIVALRY = 4  # power of a rival's share of the best score: only near ones cost confidence
 
 
 @dataclass(frozen=True)
 class JudgementSettings:
     """What counts as agreement; lengths in multiples of the working resolution; not in the thesis."""
 
-    gate: float = 2.0  # points farther apart do not overlap
+    # What a surfel finds in the other view: a partner it overlaps, or nothing, or what contradicts it.
+    gate: float = 2.0  # partners are no farther
     deviation: float = 0.2  # of a residual, besides what both surfels' variances explain
-    enough_overlap: float = 0.3  # a share on which the score is half of what it can be: beyond, more proves little
     front: float = 1.5  # a point so far before a surface, and four times the noise, contradicts it ...
-    front_weight: float = 10.0  # and outweighs so many that fit: where surfaces slide, few points tell
-    grazing_cosine: float = 0.35  # unless the other sensor would see it edge-on, and may have missed it
+    grazing_cosine: float = 0.35  # ... unless the other sensor would see it edge-on, and may have missed it
     unseen_cosine: float = 0.45  # a point that faces a sensor so should have been seen by it
-    unseen_weight: float = 5.0  # of one that was not: sensors miss some
-    min_overlap: float = 0.2
+
+    # The score: how well the overlap fits, times how far it reaches, less what contradicts.
+    enough_overlap: float = 0.3  # a share about half of what could count: beyond, more proves little
+    front_weight: float = 10.0  # of contradicting shares: where surfaces slide, few points tell
+    unseen_weight: float = 5.0  # less: sensors miss some
+
+    # When a pose is believed.
+    min_overlap: float = 0.2  # share of the smaller view
     max_misfit: float = 2.3  # rmse in standard deviations; surfaces that merely cross within the gate come to three
-    max_violations: float = 0.04  # share of the surfels
+    max_violations: float = 0.04  # share of the surfels in front of a surface
     strict_violations: float = 0.02  # of them and those unseen, where the views nearly slide: few points tell there
     sliding_misfit: float = 1.2  # times the session's usual one: a pair that nearly slides must fit as closely
     min_score: float = 0.2  # below, a start is not worth refining, nor a pose believing
-    rival_score: float = 0.8  # a start that comes so near to the best is refined on all surfels too
-    ambiguous_score: float = 0.97  # a runner-up with this share of the best score explains the views as well ...
-    ambiguous_misfit: float = 1.08  # ... if it fits as closely up to this factor ...
-    distinct_deg: float = 5.0  # ... if it is another pose: turned by more than this ...
+
+    # When another pose rivals it, and when it explains the views as well.
+    distinct_deg: float = 5.0  # another pose is turned by more than this ...
     distinct_shift: float = 0.05  # ... or moved by more than this share of the diameter
+    rival_score: float = 0.8  # a start that comes so near to the best is refined on all surfels too
+    ambiguous_score: float = 0.97  # a rival with this share of the best score explains the views as well ...
+    ambiguous_misfit: float = 1.08  # ... if its misfit is no more than so many times the best one's
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """How far the surfaces agree; shares are means over both directions, source on target and target on source."""
+    """How far the surfaces agree.
 
-    overlap: float  # share of the smaller view's surfels that lie on the other, 0 to 1
+    Shares are means of both directions, the source's surfels in the target and the target's in the source, each
+    counted against the surfels of the smaller view.
+    """
+
+    overlap: float  # share of the surfels that lie on the other view, 0 to 1
     rmse: float  # distance of the overlapping surfels along the normal [m]
     misfit: float  # the same in standard deviations of single points: less than one where the surfaces are the same
     violations: float  # share of the surfels that lie in front of a surface the other sensor saw
     unseen: float  # share of the surfels that face the other sensor, which saw nothing there
-    score: float  # how well the overlap fits, the less the smaller it is, and less what contradicts; at most 1
+    score: float  # how well the overlap fits, the less the smaller it is, less what contradicts; at most 1
 
 
 @dataclass(frozen=True)
 class _Count:
-    """What one view's surfels find in the other."""
+    """What one view's surfels find in the other: numbers of surfels, and sums over the overlapping ones."""
 
-    surfels: int
+    surfels: int  # looked at, perhaps a few that stand for all
     overlapping: int
     squares: float  # of residuals [m^2]
     misfits: float  # the same in variances
-    fitting: float  # overlapping ones weighed by how well they fit
+    fitting: float  # 1 for each that fits exactly, less for others
     in_front: int
     unseen: int
 
@@ -68,39 +84,37 @@ def judge(
     settings: JudgementSettings,
     few: bool = False,
 ) -> Judgement:
-    """The agreement of two views under a pose, by many or a few of their surfels."""
+    """The agreement of two views under a pose, by many or only a few of their surfels."""
     forth = _compare(T_target_source, source.few if few else source.many, target, settings)
-    back = poses.invert(T_target_source)
-    back = _compare(back, target.few if few else target.many, source, settings)
-    smaller = min(len(source.surface.surfels), len(target.surface.surfels))
-    shares = (
-        min(1.0, smaller / len(source.surface.surfels)) * forth.surfels,
-        min(1.0, smaller / len(target.surface.surfels)) * back.surfels,
-    )
-
-    def mean(of: str) -> float:
-        return (getattr(forth, of) / shares[0] + getattr(back, of) / shares[1]) / 2
-
+    back = _compare(poses.invert(T_target_source), target.few if few else target.many, source, settings)
     overlapping = forth.overlapping + back.overlapping
-    fitting, in_front, unseen = mean("fitting"), mean("in_front"), mean("unseen")
-    overlap = mean("overlapping")
-    met = min(1.0, (1 + settings.enough_overlap) * overlap / (overlap + settings.enough_overlap))
     if not overlapping:
-        return Judgement(0.0, 0.0, np.inf, 1.0, 1.0, 0.0)
+        return Judgement(overlap=0.0, rmse=0.0, misfit=np.inf, violations=1.0, unseen=1.0, score=0.0)
+    smaller = min(len(source.surface.surfels), len(target.surface.surfels))
+    of_forth = min(1.0, smaller / len(source.surface.surfels)) * forth.surfels
+    of_back = min(1.0, smaller / len(target.surface.surfels)) * back.surfels
+
+    def share(forth: float, back: float) -> float:
+        return (forth / of_forth + back / of_back) / 2
+
+    overlap = share(forth.overlapping, back.overlapping)
+    fitting = share(forth.fitting, back.fitting)
+    violations, unseen = share(forth.in_front, back.in_front), share(forth.unseen, back.unseen)
+    reach = min(1.0, (1 + settings.enough_overlap) * overlap / (overlap + settings.enough_overlap))
     return Judgement(
         overlap=min(1.0, overlap),
         rmse=float(np.sqrt((forth.squares + back.squares) / overlapping)),
         misfit=float(np.sqrt((forth.misfits + back.misfits) / overlapping)),
-        violations=in_front,
+        violations=violations,
         unseen=unseen,
-        score=fitting / overlap * met - settings.front_weight * in_front - settings.unseen_weight * unseen,
+        score=fitting / overlap * reach - settings.front_weight * violations - settings.unseen_weight * unseen,
     )
 
 
 def _compare(T: np.ndarray, surfels: Surfels, other: Prepared, settings: JudgementSettings) -> _Count:
     w = other.scale.working
     moved = poses.transform(T, surfels.points)
-    normals = poses.transform(poses.make(T[:3, :3], np.zeros(3)), surfels.normals)
+    normals = poses.rotate(T, surfels.normals)
     partner = find_partners(moved, normals, other.fine, settings.gate * w)
     near = partner >= 0
     partner = partner[near]
@@ -112,24 +126,27 @@ def _compare(T: np.ndarray, surfels: Surfels, other: Prepared, settings: Judgeme
     in_front = unseen = 0
     if other.range_image is not None and not near.all():
         far, facing = moved[~near], normals[~near]
-        before, nothing = look_up(other.range_image, far, settings.front * w + 4 * other.scale.noise)
+        before, nothing = look_up(other.range_image, far, settings.front * w + _NOISE * other.scale.noise)
         to_sensor = other.surface.sensor_origin - far
-        cosine = np.einsum("ni,ni->n", facing, to_sensor) / np.linalg.norm(to_sensor, axis=1)
+        cosine = np.einsum("ni,ni->n", facing, to_sensor) / np.maximum(np.linalg.norm(to_sensor, axis=1), 1e-12)
         in_front = int((before & (np.abs(cosine) > settings.grazing_cosine)).sum())
         unseen = int((nothing & (cosine > settings.unseen_cosine)).sum())
     return _Count(
         surfels=len(surfels),
         overlapping=len(partner),
         squares=float((residual**2).sum()),
-        misfits=float(np.minimum(misfits, 25.0).sum()),
-        fitting=float((1.0 / (1.0 + misfits / 4.0)).sum()),
+        misfits=float(np.minimum(misfits, _MOST_VARIANCES).sum()),
+        fitting=float((1.0 / (1.0 + misfits / _HALF)).sum()),
         in_front=in_front,
         unseen=unseen,
     )
 
 
 def status_of(judgement: Judgement, settings: JudgementSettings, nearly_slides: bool = False) -> str:
-    """`ok`, `low_overlap`, `inconsistent` where a surface is seen through another, `diverged` where they lie apart."""
+    """`ok`, `low_overlap`, `inconsistent` where a surface is seen through another, `diverged` where they lie apart.
+
+    Where the views nearly slide along each other, surfels that should have been seen and were not count too.
+    """
     if judgement.overlap < settings.min_overlap:
         return "low_overlap"
     if judgement.violations > settings.max_violations:
@@ -155,8 +172,8 @@ def distance(T_a: np.ndarray, T_b: np.ndarray, source: Prepared, settings: Judge
 
 
 def confidence(found: Judgement, rival: float) -> float:
-    """How strongly geometry speaks for a pose, 0 to 1: its score, less the more a different pose comes near it.
+    """How strongly geometry speaks for a pose, 0 to 1: its score, the less the nearer a rival's score comes to it.
 
     An ordering, not a probability: it is not calibrated.
     """
-    return found.score * (1.0 - min(1.0, max(0.0, rival) / found.score) ** 4) if found.score > 0 else 0.0
+    return found.score * (1.0 - min(1.0, max(0.0, rival) / found.score) ** _RIVALRY) if found.score > 0 else 0.0

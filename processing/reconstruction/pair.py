@@ -1,51 +1,21 @@
 """One pair of views, source to target, by each method of the thesis and by ours."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from processing.reconstruction import judgement, refinement
-from processing.reconstruction.judgement import Judgement, JudgementSettings
-from processing.reconstruction.matching import MatchSettings, match
+from processing.reconstruction import judgement
+from processing.reconstruction.competition import PairSettings, evidence_of, register_from
+from processing.reconstruction.icp import icp
+from processing.reconstruction.matching import match
 from processing.reconstruction.prepared import Prepared
 from processing.reconstruction.ransac import Consensus
-from processing.reconstruction.refinement import Refined, RefinementSettings
-from processing.reconstruction.starts import StartSettings, propose
-from processing.reconstruction.symmetry import (
-    Motion,
-    SymmetrySettings,
-    find_freedoms,
-    hold,
-    take_out,
-    turned_around,
-    weak_motions,
-)
-from processing.reconstruction.turntable import turn_by_step
-from processing.results.records import Candidate, Evidence, Freedom, PairEstimate
-from processing.surface import Surfels
+from processing.reconstruction.starts import propose
+from processing.reconstruction.symmetry import weak_motions
+from processing.results.records import Evidence, PairEstimate
 
-_SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place
-_SETTLING = (1.6, 0.8, 0.8, 0.4, 0.2)  # steps along a weak motion, in what makes two poses distinct
-_STEP_DEVIATION_DEG = 0.2  # of a turntable's step that the user knows
-_STEP_MISFIT = 1.5  # times that of the pose without that knowledge: what fits worse contradicts the user
-
-
-@dataclass(frozen=True)
-class PairSettings:
-    """How starts compete, how a pose is refined, and when it is believed."""
-
-    starts: tuple[str, ...] = ("identity", "previous", "consensus")  # what competes
-    step_deg: float | None = None  # from one recorded view to the next, where the user knows it; see `turn_by_step`
-    rivals: int = 3  # poses refined on all surfels, at most
-    proposals: StartSettings = field(default_factory=StartSettings)
-    thorough: StartSettings = field(  # where nothing is found at a first look
-        default_factory=lambda: StartSettings(hypotheses=3000, worth=0.0, most=16)
-    )
-    thorough_matching: MatchSettings = field(default_factory=lambda: MatchSettings(nearest=2))
-    refinement: RefinementSettings = field(default_factory=RefinementSettings)
-    judgement: JudgementSettings = field(default_factory=JudgementSettings)
-    symmetry: SymmetrySettings = field(default_factory=SymmetrySettings)
+BELIEVED = ("ok", "ambiguous")  # a pose that geometry bears out, though not always it alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,20 +24,6 @@ class Matches:
 
     indices: np.ndarray  # (M, 2) of keypoints, source and target
     consensus: Consensus | None
-
-
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """A pose that competes: where it started, where it ended, and how far the views agree there."""
-
-    start: str
-    refined: Refined
-    judged: Judgement
-
-    @property
-    def T(self) -> np.ndarray:
-        """T_target_source."""
-        return self.refined.T_target_source
 
 
 def register_icp(source: Prepared, target: Prepared, settings: PairSettings) -> PairEstimate:
@@ -79,9 +35,7 @@ def register_consensus(source: Prepared, target: Prepared, found: Matches, setti
     """The thesis's method (4.2-4.3): the same ICP from the consensus set's pose; no estimate without one."""
     features = _feature_evidence(source, found)
     if found.consensus is None:
-        status = _why_no_consensus(source, target, found)
-        evidence = Evidence(points=len(source.surface.working), **features)
-        return PairEstimate(source.view, target.view, None, status, 0.0, evidence)
+        return _no_estimate(source, target, found, features)
     return _point_to_point(found.consensus.T_target_source, source, target, settings, features)
 
 
@@ -90,195 +44,48 @@ def register_competing(
 ) -> PairEstimate:
     """Ours: starts compete, geometry judges where alignment takes them, the winner is aligned on all surfels.
 
-    The starts are the identity, the previous step of the camera and the consensus sets of the correspondences.
+    The starts are the identity, the previous step of the camera and what the correspondences propose. Where none of
+    them leads to a pose that is believed, more correspondences and more of their proposals get a second look.
     """
-    starts = {"identity": np.eye(4)} | ({} if previous is None else {"previous": previous})
     features = _feature_evidence(source, found)
+    starts = {name: T for name, T in (("identity", np.eye(4)), ("previous", previous)) if name in settings.starts}
+    starts = {name: T for name, T in starts.items() if T is not None}
     if "consensus" not in settings.starts:
-        starts = {name: T for name, T in starts.items() if name in settings.starts}
-        return register_from(starts, source, target, settings, features)
+        return _compete(starts, source, target, found, settings, features)
     if found.consensus is not None:
         starts["ransac"] = found.consensus.T_target_source
-    starts |= _name(propose(source, target, found.indices, settings.proposals))
-    first = register_from(starts, source, target, settings, features)
-    if first.status in ("ok", "ambiguous"):
-        return first
-    # Nothing fits: look again, at more matches and more of the poses that they propose.
+    first = starts | _name(propose(source, target, found.indices, settings.proposals))
+    best = _compete(first, source, target, found, settings, features)
+    if best.status in BELIEVED:
+        return best
     more = match(source.descriptors, target.descriptors, settings.thorough_matching)
-    starts = _name(propose(source, target, more, settings.thorough))
-    second = register_from(starts, source, target, settings, features) if starts else first
-    return second if (second.status in ("ok", "ambiguous"), second.confidence) > (False, first.confidence) else first
+    second = _name(propose(source, target, more, settings.thorough))
+    again = _compete(second, source, target, found, settings, features)
+    return max(best, again, key=lambda pair: (pair.status in BELIEVED, pair.confidence))
 
 
-def doubt(pair: PairEstimate, usual_misfit: float | None, settings: PairSettings) -> PairEstimate:
-    """A pair that nearly slides is not believed where it fits clearly less closely than others of its session do.
+def _compete(
+    starts: Mapping[str, np.ndarray],
+    source: Prepared,
+    target: Prepared,
+    found: Matches,
+    settings: PairSettings,
+    features: Mapping[str, float | int],
+) -> PairEstimate:
+    if not starts:
+        return _no_estimate(source, target, found, features)
+    return register_from(starts, source, target, settings, features)
 
-    A mug upside down agrees with itself up to its handle and rim: no surface contradicts it, it just fits worse.
-    """
-    slides = pair.evidence.observability is not None and pair.evidence.observability < settings.symmetry.suspicious
-    if pair.status != "ok" or usual_misfit is None or not slides:
-        return pair
-    worse = pair.evidence.misfit > settings.judgement.sliding_misfit * usual_misfit
-    return replace(pair, status="diverged") if worse else pair
+
+def _no_estimate(
+    source: Prepared, target: Prepared, found: Matches, features: Mapping[str, float | int]
+) -> PairEstimate:
+    evidence = Evidence(points=len(source.surface.working), **features)
+    return PairEstimate(source.view, target.view, None, _why_no_consensus(source, target, found), 0.0, evidence)
 
 
 def _name(proposed: np.ndarray) -> dict[str, np.ndarray]:
     return {f"consensus {i}": T for i, T in enumerate(proposed)}
-
-
-def register_from(
-    starts: Mapping[str, np.ndarray],
-    source: Prepared,
-    target: Prepared,
-    settings: PairSettings,
-    features: Mapping[str, float | int] | None = None,
-) -> PairEstimate:
-    """The best pose that any of the named starts T_target_source leads to, with what competes with it."""
-    belief = settings.judgement
-    trials = _try(starts, source, target, settings)
-    if around := _around(trials, source, target, settings):
-        trials = _distinct([*trials, *_try(around, source, target, settings)], source, belief)
-        settled = [_settled(trial, source, target, settings) for trial in trials[: settings.rivals]]
-        trials = _distinct([*settled, *trials[settings.rivals :]], source, belief)
-    finals = _refine(trials, source, target, settings)
-    motions, nearly_slides = _weak_motions(finals[0], source.many, target, settings)
-    freedoms: tuple[Freedom, ...] = ()
-    if nearly_slides and finals[0].judged.score >= belief.min_score:
-        freedoms = find_freedoms(finals[0].T, motions, source, target, settings.refinement, belief, settings.symmetry)
-    best = finals[0]
-    rivals = [f for f in finals[1:] if _is_rival(f, best, freedoms, source, belief)]
-    equal = [f for f in rivals if judgement.as_good(f.judged, best.judged, belief)]
-    if freedoms and settings.step_deg is not None:
-        best, freedoms = _use_step(best, freedoms, source, target, settings)
-    status = judgement.status_of(best.judged, belief, nearly_slides)
-    if status == "ok" and (freedoms or equal):
-        status = "ambiguous"
-    return PairEstimate(
-        source.view,
-        target.view,
-        best.T,
-        status,
-        judgement.confidence(best.judged, max((f.judged.score for f in rivals), default=0.0)),
-        _evidence(source, best, motions[0].information if motions else None, features or {}),
-        tuple(Candidate(t.start, judgement.status_of(t.judged, settings.judgement), t.judged.score) for t in trials),
-        information=best.refined.information,
-        center=best.refined.center,
-        freedoms=freedoms,
-        alternatives=tuple(f.T for f in equal),
-    )
-
-
-def _weak_motions(
-    trial: Trial, surfels: Surfels, target: Prepared, settings: PairSettings
-) -> tuple[list[Motion], bool]:
-    """The motions of a pair, the least determined first, and whether that one is hardly determined."""
-    motions = weak_motions(trial.T, surfels, target, settings.judgement.gate * target.scale.working)
-    return motions, bool(motions) and motions[0].information < settings.symmetry.suspicious
-
-
-def _around(
-    trials: Sequence[Trial], source: Prepared, target: Prepared, settings: PairSettings
-) -> dict[str, np.ndarray]:
-    """More starts where the best trials nearly slide: the right pose may be farther along the way."""
-    starts: dict[str, np.ndarray] = {}
-    for trial in trials[: settings.rivals]:
-        motions, nearly_slides = _weak_motions(trial, source.few, target, settings)
-        if nearly_slides and trial.judged.score >= settings.judgement.min_score:
-            around = turned_around(trial.T, motions, source, target, settings.proposals, settings.symmetry)
-            starts |= {f"{trial.start}, {turn}": T for turn, T in around.items()}
-    return starts
-
-
-def _use_step(
-    best: Trial, freedoms: tuple[Freedom, ...], source: Prepared, target: Prepared, settings: PairSettings
-) -> tuple[Trial, tuple[Freedom, ...]]:
-    """A pose turned along its free turn to where the user knows it to be, if the views agree; what is still free."""
-    turn = next((freedom for freedom in freedoms if freedom.kind == "turn"), None)
-    if turn is None:
-        return best, freedoms
-    T = turn_by_step(best.T, turn, settings.step_deg * (source.view - target.view))
-    judged = judgement.judge(T, source, target, settings.judgement)
-    close = judged.misfit <= _STEP_MISFIT * best.judged.misfit
-    if not close or judgement.status_of(judged, settings.judgement, nearly_slides=True) != "ok":
-        return best, freedoms
-    known = hold(best.refined.information, best.refined.center, turn, np.radians(_STEP_DEVIATION_DEG))
-    refined = replace(best.refined, T_target_source=T, information=known)
-    return Trial("step", refined, judged), tuple(freedom for freedom in freedoms if freedom is not turn)
-
-
-def _try(starts: Mapping[str, np.ndarray], source: Prepared, target: Prepared, settings: PairSettings) -> list[Trial]:
-    """Where a few surfels take each start, best first; those that end together once."""
-    if not starts:
-        return []
-    w, how = source.scale.working, settings.refinement
-    ends = refinement.align_coarsely(
-        source.few, target.coarse, np.array(list(starts.values())), how.coarse_gate * w, how.coarse_deviation * w,
-        how.coarse_iterations, how.coarse_still * source.scale.diameter,
-    )  # fmt: skip
-    trials: list[Trial] = []
-    for name, T in zip(starts, ends, strict=True):
-        if all(judgement.distance(T, other.T, source, settings.judgement) > _SAME_END for other in trials):
-            judged = judgement.judge(T, source, target, settings.judgement, few=True)
-            trials.append(Trial(name, Refined(T, True), judged))
-    return _distinct(trials, source, settings.judgement)
-
-
-def _settled(trial: Trial, source: Prepared, target: Prepared, settings: PairSettings) -> Trial:
-    """A trial that nearly slides, moved along its weakest motion to where the views agree best: alignment does not."""
-    motions, nearly_slides = _weak_motions(trial, source.few, target, settings)
-    if not nearly_slides:
-        return trial
-    belief = settings.judgement
-    unit = motions[0].size(np.radians(belief.distinct_deg), belief.distinct_shift * source.scale.diameter)
-    for size in _SETTLING:
-        for sign in (1, -1):
-            T = motions[0].pose(sign * size * unit) @ trial.T
-            judged = judgement.judge(T, source, target, belief, few=True)
-            if judged.score > trial.judged.score:
-                trial = Trial(trial.start, Refined(T, True), judged)
-                break
-    return trial
-
-
-def _refine(trials: Sequence[Trial], source: Prepared, target: Prepared, settings: PairSettings) -> list[Trial]:
-    """The trials that come near the best one, refined on all surfels; best first."""
-    scale, belief = source.scale, settings.judgement
-    refined: list[Trial] = []
-    least = belief.rival_score * trials[0].judged.score
-    for trial in trials[: settings.rivals]:
-        known = any(not _apart(trial, other, source, belief) for other in refined)
-        if known or (refined and trial.judged.score < least):
-            continue
-        if trial.judged.score < belief.min_score:  # where surfaces hardly meet there is nothing to refine on
-            refined.append(trial)
-            continue
-        ended = refinement.align(
-            source.surface.surfels, source.few, target.fine, trial.T, scale.working, scale.diameter, settings.refinement
-        )
-        judged = judgement.judge(ended.T_target_source, source, target, belief)
-        refined.append(Trial(trial.start, ended, judged))
-    return _distinct(refined, source, belief)
-
-
-def _distinct(trials: Sequence[Trial], source: Prepared, settings: JudgementSettings) -> list[Trial]:
-    kept: list[Trial] = []
-    for trial in sorted(trials, key=lambda trial: -trial.judged.score):
-        if all(_apart(trial, other, source, settings) for other in kept):
-            kept.append(trial)
-    return kept
-
-
-def _apart(a: Trial, b: Trial, source: Prepared, settings: JudgementSettings) -> bool:
-    return judgement.distance(a.T, b.T, source, settings) > 1.0
-
-
-def _is_rival(
-    trial: Trial, best: Trial, freedoms: Sequence[Freedom], source: Prepared, settings: JudgementSettings
-) -> bool:
-    """Whether a pose differs from the best by more than the motions that are free anyway."""
-    center = (best.T @ np.append(source.few.points.mean(axis=0), 1.0))[:3]
-    T = take_out(trial.T @ np.linalg.inv(best.T), freedoms, center) @ best.T
-    return judgement.distance(T, best.T, source, settings) > 1.0
 
 
 def _point_to_point(
@@ -290,20 +97,21 @@ def _point_to_point(
 ) -> PairEstimate:
     w, how = source.scale.working, settings.refinement
     still = how.icp_still * source.scale.diameter
-    refined = refinement.icp(source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, still)
+    refined = icp(source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, still)
     judged = judgement.judge(refined.T_target_source, source, target, settings.judgement)
-    trial = Trial("", refined, judged)
-    motions = weak_motions(trial.T, source.many, target, settings.judgement.gate * w)
+    motions = weak_motions(refined.T_target_source, source.many, target, settings.judgement.gate * w)
     status = judgement.status_of(judged, settings.judgement)
+    if status == "ok" and not motions:
+        status = "low_overlap"
     if status == "ok" and motions[0].information < settings.symmetry.free:
         status = "ambiguous"
     return PairEstimate(
         source.view,
         target.view,
-        trial.T,
+        refined.T_target_source,
         status,
         judgement.confidence(judged, 0.0),
-        _evidence(source, trial, motions[0].information if motions else None, features),
+        evidence_of(source, refined, judged, motions, features),
     )
 
 
@@ -317,23 +125,6 @@ def _feature_evidence(source: Prepared, found: Matches) -> dict[str, float | int
         "inliers": inliers,
         "inlier_ratio": inliers / matches if matches else 0.0,
     }
-
-
-def _evidence(
-    source: Prepared, trial: Trial, observability: float | None, features: Mapping[str, float | int]
-) -> Evidence:
-    met = trial.judged.overlap > 0
-    return Evidence(
-        points=len(source.surface.working),
-        converged=trial.refined.converged,
-        rmse_m=trial.judged.rmse if met else None,
-        overlap=trial.judged.overlap,
-        misfit=trial.judged.misfit if met else None,
-        violations=trial.judged.violations if met else None,
-        unseen=trial.judged.unseen if met else None,
-        observability=observability,
-        **features,
-    )
 
 
 def _why_no_consensus(source: Prepared, target: Prepared, found: Matches) -> str:

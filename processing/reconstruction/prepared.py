@@ -9,7 +9,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from processing.reconstruction.free_space import RangeImage, make_range_image
-from processing.reconstruction.refinement import RefinementSettings, Target, make_target
+from processing.reconstruction.partners import Target, make_target
+from processing.reconstruction.refinement import RefinementSettings
 from processing.surface import Scale, Surface, Surfels
 from recorder.session import View, Views
 
@@ -59,7 +60,7 @@ class Prepared:
 
     @cached_property
     def range_image(self) -> RangeImage | None:
-        """What its sensor saw how far away; None where the sensor's place is unknown."""
+        """What its sensor saw how far away; None where the sensor's place is unknown or amid the points."""
         origin = self.surface.sensor_origin
         return None if origin is None else make_range_image(self.surface.points, origin, _PIXEL * self.scale.working)
 
@@ -73,10 +74,10 @@ class Shelf:
 
     def put(self, view: View) -> Prepared:
         """A view that was just read."""
-        self._kept[view.index] = self._prepare(view)
+        prepared = self._kept[view.index] = self._prepare(view)
         if len(self._kept) > self._most:
             self._kept.popitem(last=False)
-        return self._kept[view.index]
+        return prepared
 
     def get(self, index: int) -> Prepared:
         """A view by its recorded index."""

@@ -11,30 +11,40 @@ import numpy as np
 
 from processing.features.grid import Cells
 from processing.features.parallel import kernel, over_slices
+from processing.reconstruction.partners import nearest_partner
 from processing.reconstruction.prepared import Prepared
 from processing.reconstruction.ransac import count_inliers
-from processing.reconstruction.refinement import _partner
+
+_UNSEEN = (np.eye(4), 1.0, np.zeros(2), np.empty((0, 0)), np.empty((0, 0), np.bool_))  # no range image
 
 
 @dataclass(frozen=True)
 class StartSettings:
     """How starts are proposed and sifted; lengths in multiples of the working resolution; not in the thesis."""
 
+    # Every correspondence proposes a pose; the best supported ones are looked at more closely.
     tolerance: float = 5.0  # a correspondence that lies so near under a hypothesis supports it
-    hypotheses: int = 250  # the best supported ones, looked at more closely
-    screen_points: int = 120  # of the source, for that look
+    hypotheses: int = 250
+
+    # The look: whether a few points of the source lie on the target, or where its sensor saw that nothing is.
+    screen_points: int = 120
     screen_gate: float = 6.0  # a point so near to a surface that faces the same way lies on it
     screen_front: float = 6.0  # a point so far before a surface contradicts it
-    enough_overlap: float = 0.15  # a share on which a score is half of what it can be: beyond, more proves little
+    enough_overlap: float = 0.15  # a share about half of what could count: beyond, more proves little
     contradiction: float = 3.0  # what one contradiction costs, in points that fit; half where a sensor saw nothing
-    distinct_deg: float = 12.0  # starts less apart end in one place
-    distinct_shift: float = 0.06  # the same, as a share of the diameter
-    worth: float = 0.5  # starts are kept that score this share of the best ...
-    most: int = 6  # ... but no more than so many
+
+    # What is kept.
+    worth: float = 0.5  # share of the best score
+    distinct_deg: float = 12.0  # starts less apart end in one place ...
+    distinct_shift: float = 0.06  # ... unless they are moved by more than this share of the diameter
+    most: int = 6
 
 
 def propose(source: Prepared, target: Prepared, matches: np.ndarray, settings: StartSettings) -> np.ndarray:
-    """The likeliest starts T_target_source (B, 4, 4), best first, from matches (M, 2) of keypoints; B may be 0."""
+    """The likeliest starts T_target_source (B, 4, 4), best first, from matches (M, 2) of keypoints; B may be 0.
+
+    Matched keypoints have descriptors, and so local reference frames.
+    """
     w = source.scale.working
     source_points = np.ascontiguousarray(source.keypoints[matches[:, 0]])
     target_points = np.ascontiguousarray(target.keypoints[matches[:, 1]])
@@ -48,21 +58,22 @@ def propose(source: Prepared, target: Prepared, matches: np.ndarray, settings: S
 
 
 def screen(T: np.ndarray, source: Prepared, target: Prepared, settings: StartSettings) -> np.ndarray:
-    """How well a few points of the source fit the target under each of many poses T (B, 4, 4), (B,): at most 1."""
+    """How well a few points of the source fit the target under each of many poses T_target_source (B, 4, 4): (B,).
+
+    At most 1; less than 0 where more contradicts than fits. Nothing contradicts where the target's sensor is unknown.
+    """
     w = source.scale.working
     few = source.few.thinned(settings.screen_points)
     grid, image = target.coarse.grid, target.range_image
-    seen = (np.eye(4), 1.0, np.zeros(2), np.empty((0, 0)), np.empty((0, 0), np.bool_))
-    if image is not None:
-        seen = (image.T_image_view, image.size, image.low, image.near, image.empty)
+    seen = _UNSEEN if image is None else (image.T_image_view, image.size, image.low, image.near, image.empty)
     overlaps, contradictions = np.empty(len(T)), np.empty(len(T))
     over_slices(
         _screen, len(T), np.ascontiguousarray(T), few.points, few.normals, grid.points, target.coarse.normals,
         grid.cells, grid.low, grid.cell, settings.screen_gate * w, *seen, settings.screen_front * w,
         overlaps, contradictions,
     )  # fmt: skip
-    met = (1 + settings.enough_overlap) * overlaps / (overlaps + settings.enough_overlap)
-    return met - settings.contradiction * contradictions
+    reach = (1 + settings.enough_overlap) * overlaps / (overlaps + settings.enough_overlap)
+    return reach - settings.contradiction * contradictions
 
 
 def _from_frames(
@@ -113,7 +124,11 @@ def _screen(
     overlaps: np.ndarray,
     contradictions: np.ndarray,
 ) -> None:
-    """Fill the share of points on the target's surface, and of those where nothing can be (unseen ones count half)."""
+    """Fill the share of points on the target's surface, and of those where nothing can be (unseen ones count half).
+
+    T (B, 4, 4) are poses of points (N, 3) with normals; partners (S, 3) with normals lie in a grid's cells; the range
+    image is given by its fields, with no pixels where there is none; overlaps and contradictions are (B,).
+    """
     rows = np.empty((9, 2), np.int64)
     p, normal, q = np.empty(3), np.empty(3), np.empty(3)
     height, width = near.shape
@@ -123,7 +138,7 @@ def _screen(
             for k in range(3):
                 p[k] = T[h, k, 0] * points[i, 0] + T[h, k, 1] * points[i, 1] + T[h, k, 2] * points[i, 2] + T[h, k, 3]
                 normal[k] = T[h, k, 0] * normals[i, 0] + T[h, k, 1] * normals[i, 1] + T[h, k, 2] * normals[i, 2]
-            if _partner(partners, partner_normals, cells, low, cell, p, normal, gate, rows) >= 0:
+            if nearest_partner(partners, partner_normals, cells, low, cell, p, normal, gate, rows) >= 0:
                 on += 1
             elif height > 0:
                 for k in range(3):

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from processing.reconstruction import judgement, refinement
 from processing.reconstruction.judgement import JudgementSettings
+from processing.reconstruction.partners import find_partners
 from processing.reconstruction.prepared import Prepared
 from processing.reconstruction.refinement import RefinementSettings
 from processing.reconstruction.starts import StartSettings, screen
@@ -16,22 +17,27 @@ from processing.surface import Surfels
 from recorder import poses
 
 _APART = 1.5  # radians between two alignments whose motion tells a free axis ...
-_SAME_AXIS = 0.7  # ... if it lies so near to the one looked for, as a cosine
+_SAME_AXIS = 0.7  # ... if that lies so near to the one looked for, as a cosine
+_MIN_PARTNERS = 6  # surfels that determine six motions
 _PURE = 0.15  # of the strongest turn: weaker ones in a mixture of free motions are taken for none
-_ROUNDS = 5  # of taking out one free motion after the other, where there are several
 
 
 @dataclass(frozen=True)
 class SymmetrySettings:
     """When a motion is taken for free; not in the thesis."""
 
-    free: float = 0.0015  # information about a motion, 0 to 1, below which it is free: what is left is noise of normals
-    suspicious: float = 0.02  # below which it is tried out
+    # By the information about a motion, 0 to 1 (see `Motion`).
+    free: float = 0.0015  # below, it is free: what is left is noise of normals
+    suspicious: float = 0.02  # below, it is tried out: the views nearly slide
+
+    # The trial: a little along the motion, and aligned again from there.
     probe: float = 1.3  # how far it is tried, as a multiple of what makes two poses distinct
-    probe_gate: float = 3.0  # multiples of w, of the alignment from there ...
-    probe_deviation: float = 0.5  # ... in which residuals of this many w count half
-    held: float = 0.5  # a motion that the alignment takes back by more than this share is determined
-    around: int = 24  # poses looked at about the axis of a suspicious turn: the right one may be any of them
+    probe_gate: float = 3.0  # of the alignment from there, in multiples of the working resolution w
+    probe_deviation: float = 0.5  # a residual of so many w counts a quarter there
+    held: float = 0.5  # a motion of which the alignment takes back all but this share is determined
+
+    # Poses about the axis of a suspicious turn: the right one may be any of them.
+    around: int = 24  # looked at in a whole turn
     around_score: float = 0.7  # those are tried that fit this share as well at a first look ...
     around_most: int = 8  # ... but no more than so many
 
@@ -73,13 +79,14 @@ def weak_motions(T: np.ndarray, surfels: Surfels, target: Prepared, gate: float)
 
     Eigenvectors of the mean point-to-plane information of the overlap; turns are in units of the overlap's reach, so
     that all six compare. The normals of one view are paired with those of the other: their noise is independent and
-    averages out, where the square of one view's would be taken for relief. None where the views do not meet.
+    averages out, where the square of one view's would be taken for relief. The gate [m] is how far a partner may be.
+    Empty where fewer than six surfels have one.
     """
     points = poses.transform(T, surfels.points)
-    normals = poses.transform(poses.make(T[:3, :3], np.zeros(3)), surfels.normals)
-    partner = refinement.find_partners(points, normals, target.fine, gate)
+    normals = poses.rotate(T, surfels.normals)
+    partner = find_partners(points, normals, target.fine, gate)
     near = partner >= 0
-    if near.sum() < 6:
+    if near.sum() < _MIN_PARTNERS:
         return []
     points, normals, others = points[near], normals[near], target.fine.normals[partner[near]]
     center = points.mean(axis=0)
@@ -106,28 +113,41 @@ def find_freedoms(
     Each weak motion is tried out both ways, a little beyond what makes two poses distinct: it is free where the views
     agree as well there, as they are or, unless they return, when aligned again.
     """
-    w, diameter = source.scale.working, source.scale.diameter
-    turn, shift = np.radians(belief.distinct_deg), belief.distinct_shift * diameter
+    turn, shift = np.radians(belief.distinct_deg), belief.distinct_shift * source.scale.diameter
     weak = [motion for motion in motions if motion.information < settings.suspicious]
     tried = [motion for motion in weak if motion.information >= settings.free]
-    found = {id(motion) for motion in weak} - {id(motion) for motion in tried}
-    if tried:
-        sizes = [settings.probe * motion.size(turn, shift) for motion in tried]
-        probes = [m.pose(sign * size) @ T for m, size in zip(tried, sizes, strict=True) for sign in (1, -1)]
-        ends = refinement.align_coarsely(
-            source.few, target.coarse, np.array(probes), settings.probe_gate * w, settings.probe_deviation * w,
-            how.coarse_iterations, how.coarse_still * diameter,
-        )  # fmt: skip
-        here = judgement.judge(T, source, target, belief)
-        for motion, pose, end in zip([m for m in tried for _ in (1, -1)], probes, ends, strict=True):
-            returned = judgement.distance(end, T, source, belief) < settings.held * settings.probe
-            if any(
-                judgement.as_good(judgement.judge(other, source, target, belief), here, belief)
-                for other in ([pose] if returned else [pose, end])
-            ):
-                found.add(id(motion))
-    free = [motion.freedom(turn, shift) for motion in _separated([m for m in weak if id(m) in found])]
+    steps = [motion.pose(sign * settings.probe * motion.size(turn, shift)) for motion in tried for sign in (1, -1)]
+    leaves = _leave_as_well(T, steps, source, target, how, belief, settings)
+    either = {motion: leaves[2 * k] or leaves[2 * k + 1] for k, motion in enumerate(tried)}
+    free = [motion.freedom(turn, shift) for motion in _separated([m for m in weak if either.get(m, True)])]
     return tuple(_sharpened(freedom, T, source, target, how) for freedom in free)
+
+
+def _leave_as_well(
+    T: np.ndarray,
+    steps: Sequence[np.ndarray],
+    source: Prepared,
+    target: Prepared,
+    how: RefinementSettings,
+    belief: JudgementSettings,
+    settings: SymmetrySettings,
+) -> list[bool]:
+    """Of each step (4, 4) from a pose T_target_source: whether the views agree as well there, or aligned from there."""
+    if not steps:
+        return []
+    w, diameter = source.scale.working, source.scale.diameter
+    probes = np.array([step @ T for step in steps])
+    ends = refinement.align_coarsely(
+        source.few, target.coarse, probes, settings.probe_gate * w, settings.probe_deviation * w,
+        how.coarse_iterations, how.coarse_still * diameter,
+    )  # fmt: skip
+    here = judgement.judge(T, source, target, belief)
+    as_well = []
+    for probe, end in zip(probes, ends, strict=True):
+        returned = judgement.distance(end, T, source, belief) < settings.held * settings.probe
+        judged = (judgement.judge(pose, source, target, belief) for pose in ([probe] if returned else [probe, end]))
+        as_well.append(any(judgement.as_good(there, here, belief) for there in judged))
+    return as_well
 
 
 def _separated(motions: Sequence[Motion]) -> list[Motion]:
@@ -199,43 +219,3 @@ def turned_around(
     ranked = sorted(zip(scores, range(len(names)), strict=True), key=lambda item: (-item[0], item[1]))
     kept = [i for value, i in ranked if value >= settings.around_score * here][: settings.around_most]
     return {names[i]: poses_around[names[i]] for i in kept}
-
-
-def direction(freedom: Freedom, center: np.ndarray) -> np.ndarray:
-    """A unit of a free motion (6,): a turn about the centre (3,), then a shift."""
-    if freedom.kind == "turn":
-        return np.concatenate([freedom.axis, np.cross(freedom.axis, center - freedom.point)])
-    return np.concatenate([np.zeros(3), freedom.axis])
-
-
-def release(A: np.ndarray, center: np.ndarray, freedom: Freedom) -> np.ndarray:
-    """Information A (6, 6) that says nothing along a free motion, and as much as before of all others."""
-    v = A @ direction(freedom, center)
-    return A - np.outer(v, v) / max(float(direction(freedom, center) @ v), 1e-300)
-
-
-def hold(A: np.ndarray, center: np.ndarray, freedom: Freedom, deviation: float) -> np.ndarray:
-    """Information A (6, 6) with a motion known to a standard deviation [rad, m] that the views leave free."""
-    v = direction(freedom, center)
-    return release(A, center, freedom) + np.outer(v, v) / (v @ v * deviation) ** 2
-
-
-def same_freedom(a: Freedom, b: Freedom, degrees: float = 10.0, apart: float = 0.02) -> bool:
-    """Whether two free motions in one frame are one: axes within so many degrees, lines within so many metres."""
-    along = abs(float(np.dot(a.axis, b.axis)))
-    between = np.cross(b.point - a.point, a.axis)
-    near = a.kind == "shift" or float(np.linalg.norm(between)) < apart
-    return a.kind == b.kind and along > np.cos(np.radians(degrees)) and near
-
-
-def take_out(D: np.ndarray, freedoms: Sequence[Freedom], center: np.ndarray) -> np.ndarray:
-    """A motion D (4, 4) of an object with this centre (3,), less its part along the free motions."""
-    for _ in range(_ROUNDS if len(freedoms) > 1 else 1):
-        for freedom in freedoms:
-            if freedom.kind == "turn":
-                R = Rotation.from_rotvec(-poses.twist(D[:3, :3], freedom.axis) * freedom.axis).as_matrix()
-                D = poses.make(R, freedom.point - R @ freedom.point) @ D
-            else:
-                moved = poses.transform(D, center[None])[0] - center
-                D = poses.make(np.eye(3), -np.dot(moved, freedom.axis) * freedom.axis) @ D
-    return D

@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 from processing.results.records import Freedom, Turntable, TurntableDeviation
 from recorder import poses
 
+_FINENESS_DEG = 0.02  # of the turns looked at for a known step
+
 
 @dataclass(frozen=True)
 class TurntableSettings:
@@ -17,9 +19,7 @@ class TurntableSettings:
     min_views: int = 3
     min_turn_deg: float = 10.0  # from the first to the farthest view
     max_wobble_deg: float = 5.0  # median; more, and the views do not turn about one axis
-    max_unevenness: float = (
-        0.5  # median departure of the steps from their median, as its share; more, and there is none
-    )
+    max_unevenness: float = 0.5  # median departure from the median step, as its share; more, and there is no step
 
 
 def fit_turntable(T_0: Mapping[int, np.ndarray], settings: TurntableSettings) -> Turntable | None:
@@ -61,12 +61,12 @@ def fit_turntable(T_0: Mapping[int, np.ndarray], settings: TurntableSettings) ->
 
 
 def turn_by_step(T: np.ndarray, free: Freedom, step_deg: float) -> np.ndarray:
-    """The pose T_target_source turned about a free axis until the whole motion turns by a known step.
+    """The pose T_target_source turned about a free axis until the whole motion turns by a known step [degrees].
 
     Positive steps are those of a camera that goes round counterclockwise seen from above (a camera's y points down).
     """
     step_deg = (step_deg + 180) % 360 - 180
-    angles = np.radians(np.arange(0, 360, 0.02))
+    angles = np.radians(np.arange(0, 360, _FINENESS_DEG))
     turns = Rotation.from_rotvec(angles[:, None] * free.axis)
     whole = (turns * Rotation.from_matrix(T[:3, :3])).as_rotvec()
     off = np.abs(np.linalg.norm(whole, axis=1) - abs(np.radians(step_deg)))

@@ -5,14 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.reconstruction.pair import (
-    Matches,
-    PairSettings,
-    register_competing,
-    register_consensus,
-    register_from,
-    register_icp,
-)
+from processing.reconstruction import competition
+from processing.reconstruction import pair as pairs
+from processing.reconstruction.competition import PairSettings, register_from
+from processing.reconstruction.pair import Matches, register_competing, register_consensus, register_icp
 from recorder import poses
 from tests.geometry import blob, bottle, plane, random_pose, scan
 from tests.processing.scene import SETTINGS, Scene, degrees
@@ -116,6 +112,39 @@ def test_only_the_starts_that_are_asked_for_compete(scene, found):
     only = replace(HOW, starts=("identity",))
     pair = register_competing(source, target, found, scene.T(0, 1), only)
     assert started(pair) == {"identity"}
+    only = replace(HOW, starts=("consensus",))
+    pair = register_competing(source, target, found, scene.T(0, 1), only)
+    assert {start.split()[0] for start in started(pair)} <= {"consensus", "ransac"}
+
+
+def test_without_any_start_there_is_no_estimate(scene, found):
+    """Nobody knows a step before the second view; nor do views without keypoints propose anything."""
+    target, source, _ = scene.views
+    pair = register_competing(source, target, found, None, replace(HOW, starts=("previous",)))
+    assert (pair.T_target_source, pair.status, pair.confidence) == (None, "no_consensus", 0.0)
+    bare = replace(source, keypoints=source.keypoints[:0], descriptors=source.descriptors[:0])
+    pair = register_competing(bare, target, NONE, None, replace(HOW, starts=("consensus",)))
+    assert (pair.T_target_source, pair.status) == (None, "too_few_keypoints")
+
+
+def test_views_that_hardly_share_surfels_are_not_called_right(scene, found, monkeypatch):
+    """Fewer than six partners determine no motion, whatever the overlap of the smaller view says."""
+    for module in (competition, pairs):
+        monkeypatch.setattr(module, "weak_motions", lambda *_: [])
+    target, source, _ = scene.views
+    ours = register_from({"truth": scene.T(0, 1)}, source, target, HOW)
+    thesis = register_consensus(
+        source, target, Matches(found.indices, replace(found.consensus, T_target_source=scene.T(0, 1))), HOW
+    )
+    assert (ours.status, thesis.status) == ("low_overlap", "low_overlap")
+    assert ours.evidence.observability is None
+
+
+def test_a_pose_that_was_not_refined_did_not_converge(scene):
+    target, source, _ = scene.views
+    away = register_from({"away": poses.make(np.eye(3), [9.0, 0, 0])}, source, target, HOW)
+    assert away.status == "low_overlap"
+    assert not away.evidence.converged
 
 
 def test_without_a_consensus_the_thesis_has_no_estimate_and_we_look_again(scene, found):

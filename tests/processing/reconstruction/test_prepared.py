@@ -48,6 +48,15 @@ def test_a_few_surfels_stand_for_all():
     assert every.thinned(10).variances.tolist() == list(range(10))
     assert every.thinned(4).variances.tolist() == [0, 3, 6, 9]
     assert len(every.thinned(1)) == 1
+    for few in (every.thinned(10), every.thinned(4)):  # or kernels are compiled anew for another layout
+        assert few.points.flags.c_contiguous
+        assert few.normals.flags.c_contiguous
+        assert few.variances.flags.c_contiguous
+
+
+def test_a_shelf_for_none_still_hands_out_what_it_prepared():
+    views = scan(n_views=1, points=2000).views()
+    assert Shelf(views, lambda view: f"view {view.index}", most=0).get(0) == "view 0"
 
 
 def test_search_structures_are_made_once_and_hold_the_surfels():

@@ -1,24 +1,18 @@
-"""Both kinds of ICP come back to a pose they are started near to, and ours says how well it knows it."""
+"""ICP between surfaces comes back to a pose it is started near to, and says how well it knows it."""
 
 import numba
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
 from processing.reconstruction import refinement
-from processing.reconstruction.refinement import RefinementSettings, make_target
-from processing.surface import Surfels
+from processing.reconstruction.icp import icp
+from processing.reconstruction.refinement import RefinementSettings
 from recorder import poses
-from tests.geometry import blob, random_pose, scan
+from tests.geometry import random_pose, scan
 from tests.processing.scene import Scene, degrees
 
 HOW = RefinementSettings()
 NOISE = 0.0005
-
-
-@pytest.fixture(scope="module")
-def surface():
-    return blob(np.random.default_rng(0), 4000)[0]
 
 
 @pytest.fixture(scope="module")
@@ -48,21 +42,6 @@ def off_center(scene, found, source=1, target=0):
     return np.concatenate([vector, poses.transform(D, found.center[None])[0] - found.center])
 
 
-def test_point_to_point_finds_identical_points_exactly(surface):
-    T = random_pose(np.random.default_rng(1), angle=0.08, shift=0.003)
-    moved = poses.transform(T, surface)
-    found = refinement.icp(surface, cKDTree(moved), np.eye(4), 0.05, 200, 1e-9)
-    assert found.converged
-    assert np.allclose(found.T_target_source, T, atol=1e-6)
-
-
-def test_nothing_within_the_gate_is_no_convergence(surface):
-    far = cKDTree(surface + 10)
-    found = refinement.icp(surface, far, np.eye(4), 0.01, 10, 1e-9)
-    assert not found.converged
-    assert (found.T_target_source == np.eye(4)).all()
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_surfaces_are_aligned_to_well_below_the_noise(scene, seed):
     start = nudged(scene, seed)
@@ -71,7 +50,7 @@ def test_surfaces_are_aligned_to_well_below_the_noise(scene, seed):
     assert degrees(found.T_target_source, scene.T(0, 1)) < 0.2
     assert np.linalg.norm(off_center(scene, found)[3:]) < NOISE / 4
     points = scene.views[1].surface.working
-    plain = refinement.icp(points, scene.views[0].tree, start, HOW.icp_gate * scene.scale.working, 100, 1e-7)
+    plain = icp(points, scene.views[0].tree, start, HOW.icp_gate * scene.scale.working, 100, 1e-7)
     assert degrees(plain.T_target_source, scene.T(0, 1)) > 3 * degrees(found.T_target_source, scene.T(0, 1))
 
 
@@ -149,17 +128,11 @@ def test_a_start_that_finds_no_partner_stays(scene):
     assert (found.T_target_source == far).all()
 
 
-def test_partners_are_the_nearest_that_face_the_same_way():
-    rng = np.random.default_rng(0)
-    points, normals = rng.random((300, 3)), rng.normal(size=(300, 3))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    target = make_target(Surfels(points, normals, np.ones(300)), 0.2)
-    asked, facing = rng.random((100, 3)), np.roll(normals, 1, axis=0)[:100]
-    found = refinement.find_partners(asked, facing, target, 0.2)
-    for i in range(100):
-        distance = np.linalg.norm(target.grid.points - asked[i], axis=1)
-        distance[(target.normals @ facing[i] <= 0.5) | (distance >= 0.2)] = np.inf
-        expected = int(distance.argmin()) if np.isfinite(distance).any() else -1
-        assert found[i] == expected
-    assert (found >= 0).any()
-    assert (found < 0).any()
+def test_without_iterations_the_pose_stays(scene):
+    view, scale = scene.views[1], scene.scale
+    still = RefinementSettings(middle_iterations=0, fine_iterations=0)
+    how = scene.views[0].fine, scene.T(0, 1), scale.working, scale.diameter, still
+    found = refinement.align(view.surface.surfels, view.few, *how)
+    assert np.allclose(found.T_target_source, scene.T(0, 1))
+    assert not found.converged
+    assert found.information is None

@@ -2,25 +2,17 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from processing.reconstruction.judgement import JudgementSettings
 from processing.reconstruction.symmetry import (
     SymmetrySettings,
-    direction,
     find_freedoms,
-    hold,
-    release,
-    same_freedom,
-    take_out,
     turned_around,
     weak_motions,
 )
-from processing.results.records import Freedom
 from recorder import poses
-from tests.geometry import blob, bottle, cylinder, plane, random_pose, scan, sphere
+from tests.geometry import blob, bottle, cylinder, plane, scan, sphere
 from tests.processing.scene import SETTINGS, Scene, degrees
 
 HOW = SymmetrySettings()
@@ -146,114 +138,3 @@ def test_nothing_is_turned_where_nothing_is_weak():
     found = Object(blob, 0.0005)
     firm = [motion for motion in found.motions() if motion.information > HOW.suspicious]
     assert turned_around(np.eye(4), firm, found.source, found.target, SETTINGS.pair.proposals, HOW) == {}
-
-
-seeds = st.integers(0, 10**6)
-
-
-def turn(axis, point, angle):
-    R = Rotation.from_rotvec(angle * axis).as_matrix()
-    return poses.make(R, point - R @ point)
-
-
-def unit(rng):
-    v = rng.normal(size=3)
-    return v / np.linalg.norm(v)
-
-
-def close(A, B):
-    return np.allclose(A, B, atol=1e-9)
-
-
-@given(seeds)
-def test_a_declared_turn_is_taken_out_whole_and_nothing_else(seed):
-    rng = np.random.default_rng(seed)
-    axis, point, center = unit(rng), rng.normal(size=3), rng.normal(size=3)
-    freedom = Freedom("turn", axis, point)
-    assert close(take_out(turn(axis, point, rng.uniform(-3, 3)), [freedom], center), np.eye(4))
-    swing = np.cross(axis, unit(rng))
-    rest = turn(swing / np.linalg.norm(swing), rng.normal(size=3), rng.uniform(-2, 2))  # across the axis
-    rest = poses.make(np.eye(3), rng.normal(size=3)) @ rest
-    assert close(take_out(rest, [freedom], center), rest)
-    assert close(take_out(turn(axis, point, rng.uniform(-3, 3)) @ rest, [freedom], center), rest)
-
-
-@given(seeds)
-def test_a_declared_shift_is_taken_out_whole_and_nothing_else(seed):
-    rng = np.random.default_rng(seed)
-    axis, center = unit(rng), rng.normal(size=3)
-    freedom = Freedom("shift", axis, rng.normal(size=3))
-    along = poses.make(np.eye(3), rng.normal() * axis)
-    assert close(take_out(along, [freedom], center), np.eye(4))
-    across = np.cross(axis, rng.normal(size=3))
-    rest = poses.make(np.eye(3), across) @ turn(unit(rng), center, rng.uniform(-3, 3))
-    assert close(take_out(rest, [freedom], center), rest)
-    assert close(take_out(along @ rest, [freedom], center), rest)
-
-
-@given(seeds, st.sampled_from(["turn", "shift"]))
-def test_what_is_left_is_never_larger_and_stays(seed, kind):
-    rng = np.random.default_rng(seed)
-    center = rng.normal(size=3)
-    freedom = Freedom(kind, unit(rng), rng.normal(size=3))
-    D = random_pose(rng)
-    left = take_out(D, [freedom], center)
-    assert degrees(left, np.eye(4)) <= degrees(D, np.eye(4)) + 1e-5
-    assert close(take_out(left, [freedom], center), left)
-    assert close(take_out(D, [], center), D)
-
-
-@given(seeds)
-def test_all_turns_about_a_middle_are_free_where_three_are(seed):
-    rng = np.random.default_rng(seed)
-    middle, axes = rng.normal(size=3), Rotation.random(rng=rng).as_matrix()
-    D = turn(unit(rng), middle, rng.uniform(-3, 3))
-    left = take_out(D, [Freedom("turn", axis, middle) for axis in axes], middle + 0.1)
-    assert np.abs(left - np.eye(4)).max() < 1e-6
-
-
-@given(seeds)
-def test_a_screw_along_a_cylinder_is_a_turn_and_a_shift(seed):
-    rng = np.random.default_rng(seed)
-    axis, point = unit(rng), rng.normal(size=3)
-    D = poses.make(np.eye(3), rng.normal() * axis) @ turn(axis, point, rng.uniform(-3, 3))
-    both = [Freedom("turn", axis, point), Freedom("shift", axis, point)]
-    assert close(take_out(D, both, rng.normal(size=3)), np.eye(4))
-    assert close(take_out(D, both[::-1], rng.normal(size=3)), np.eye(4))
-
-
-def test_one_free_motion_seen_twice_is_one():
-    z = np.array([0.0, 0, 1])
-    a = Freedom("turn", z, np.zeros(3))
-    assert same_freedom(a, Freedom("turn", -z, np.array([0, 0.01, 7.0])))
-    assert not same_freedom(a, Freedom("shift", z, np.zeros(3)))
-    assert not same_freedom(a, Freedom("turn", z, np.array([0, 0.05, 0])))
-    assert not same_freedom(a, Freedom("turn", np.array([0, np.sin(0.3), np.cos(0.3)]), np.zeros(3)))
-    assert same_freedom(Freedom("shift", z, np.zeros(3)), Freedom("shift", z, np.ones(3)))
-
-
-@given(seeds, st.sampled_from(["turn", "shift"]))
-def test_information_is_released_along_a_freedom_only_and_can_be_held_there(seed, kind):
-    rng = np.random.default_rng(seed)
-    B = rng.normal(size=(6, 6))
-    A, center = B @ B.T + np.eye(6), rng.normal(size=3)
-    freedom = Freedom(kind, unit(rng), rng.normal(size=3))
-    v = direction(freedom, center)
-    released, held = release(A, center, freedom), hold(A, center, freedom, 0.01)
-    assert np.allclose(released @ v, 0, atol=1e-8)
-    assert np.linalg.eigvalsh(released).min() > -1e-8
-    assert v @ held @ v == pytest.approx(1 / 0.01**2)
-    # With the motion free, what is known of the others is what is left when it takes whatever value fits best.
-    x = rng.normal(size=6)
-    best = x - (v @ A @ x) / (v @ A @ v) * v
-    assert x @ released @ x == pytest.approx(best @ A @ best)
-
-
-@given(seeds)
-def test_the_direction_of_a_turn_is_its_small_motion(seed):
-    rng = np.random.default_rng(seed)
-    axis, point, center = unit(rng), rng.normal(size=3), rng.normal(size=3)
-    v, D = direction(Freedom("turn", axis, point), center), turn(axis, point, 1e-6)
-    assert np.allclose(v[:3], axis)
-    assert np.allclose((poses.transform(D, center[None])[0] - center) / 1e-6, v[3:], atol=1e-5)
-    assert np.allclose(direction(Freedom("shift", axis, point), center), [0, 0, 0, *axis])

@@ -1,0 +1,51 @@
+"""What follows from a motion that views leave free: for information, for comparing poses, for naming it once."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from processing.results.records import Freedom
+from recorder import poses
+
+_ROUNDS = 5  # of taking out one free motion after the other, where there are several
+
+
+def direction(freedom: Freedom, center: np.ndarray) -> np.ndarray:
+    """A unit of a free motion (6,): a turn about the centre (3,), then a shift."""
+    if freedom.kind == "turn":
+        return np.concatenate([freedom.axis, np.cross(freedom.axis, center - freedom.point)])
+    return np.concatenate([np.zeros(3), freedom.axis])
+
+
+def release(A: np.ndarray, center: np.ndarray, freedom: Freedom) -> np.ndarray:
+    """Information A (6, 6) about a centre (3,) without what it says of a free motion, and as much of all others."""
+    v = A @ direction(freedom, center)
+    return A - np.outer(v, v) / max(float(direction(freedom, center) @ v), 1e-300)
+
+
+def hold(A: np.ndarray, center: np.ndarray, freedom: Freedom, deviation: float) -> np.ndarray:
+    """Information A (6, 6) about a centre (3,) with a free motion known to a standard deviation, [rad] or [m]."""
+    v = direction(freedom, center)
+    return release(A, center, freedom) + np.outer(v, v) / (v @ v * deviation) ** 2
+
+
+def same_freedom(a: Freedom, b: Freedom, degrees: float, apart: float) -> bool:
+    """Whether two free motions in one frame are one: axes within so many degrees, lines of turns within `apart` [m]."""
+    along = abs(float(np.dot(a.axis, b.axis)))
+    between = np.cross(b.point - a.point, a.axis)
+    near = a.kind == "shift" or float(np.linalg.norm(between)) < apart
+    return a.kind == b.kind and along > np.cos(np.radians(degrees)) and near
+
+
+def take_out(D: np.ndarray, freedoms: Sequence[Freedom], center: np.ndarray) -> np.ndarray:
+    """A motion D (4, 4) of an object with this centre (3,), less its part along the free motions; all in one frame."""
+    for _ in range(_ROUNDS if len(freedoms) > 1 else 1):
+        for freedom in freedoms:
+            if freedom.kind == "turn":
+                R = Rotation.from_rotvec(-poses.twist(D[:3, :3], freedom.axis) * freedom.axis).as_matrix()
+                D = poses.make(R, freedom.point - R @ freedom.point) @ D
+            else:
+                moved = poses.transform(D, center[None])[0] - center
+                D = poses.make(np.eye(3), -np.dot(moved, freedom.axis) * freedom.axis) @ D
+    return D
