@@ -19,6 +19,7 @@ from recorder import poses
 _APART = 1.5  # radians between two alignments whose motion tells a free axis ...
 _SAME_AXIS = 0.7  # ... if that lies so near to the one looked for, as a cosine
 _MIN_PARTNERS = 6  # surfels that determine six motions
+_NO_TURN = 1e-9  # radians for a unit of a motion: below, it is a shift
 _PURE = 0.15  # of the strongest turn: weaker ones in a mixture of free motions are taken for none
 
 
@@ -203,19 +204,19 @@ def turned_around(
     proposals: StartSettings,
     settings: SymmetrySettings,
 ) -> dict[str, np.ndarray]:
-    """Poses about the axes of weak turns that geometry does not refute at a first look, named by their angle."""
-    angles = 2 * np.pi * np.arange(1, settings.around) / settings.around
-    poses_around = {}
-    for motion in motions:
-        if motion.information < settings.suspicious and np.linalg.norm(motion.turn) > 1e-9:
-            for angle in angles:
-                poses_around[f"turned by {np.degrees(angle):.0f}"] = (
-                    motion.pose(angle / np.linalg.norm(motion.turn)) @ T
-                )
-    if not poses_around:
+    """Poses about the axes of weak turns that geometry does not refute at a first look, named by their angle.
+
+    Those about a second or third axis, a sphere's, say which. Best first.
+    """
+    names, candidates = [], [T]
+    turns = [m for m in motions if m.information < settings.suspicious and np.linalg.norm(m.turn) > _NO_TURN]
+    for k, motion in enumerate(turns):
+        for angle in 2 * np.pi * np.arange(1, settings.around) / settings.around:
+            candidates.append(motion.pose(angle / np.linalg.norm(motion.turn)) @ T)
+            names.append(f"turned by {np.degrees(angle):.0f}" + (f" about axis {k + 1}" if k else ""))
+    if not names:
         return {}
-    names, candidates = list(poses_around), np.array([T, *poses_around.values()])
-    here, *scores = screen(candidates, source, target, proposals)
-    ranked = sorted(zip(scores, range(len(names)), strict=True), key=lambda item: (-item[0], item[1]))
-    kept = [i for value, i in ranked if value >= settings.around_score * here][: settings.around_most]
-    return {names[i]: poses_around[names[i]] for i in kept}
+    here, *scores = screen(np.array(candidates), source, target, proposals)
+    ranked = sorted(range(len(names)), key=lambda i: -scores[i])
+    kept = [i for i in ranked if scores[i] >= settings.around_score * here][: settings.around_most]
+    return {names[i]: candidates[i + 1] for i in kept}

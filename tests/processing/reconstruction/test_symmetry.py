@@ -134,6 +134,17 @@ def test_poses_about_a_bottle_are_turned_about_its_axis():
         assert degrees(D, np.eye(4)) > 10
 
 
+def test_which_of_two_weak_motions_comes_first_does_not_show_in_the_poses_about_them():
+    """A can turns about its axis and slides along it: whichever is the weaker, the turns are looked at."""
+    found = Object(cylinder, 0.0005)
+    T, motions = found.T(0, 1), found.motions()
+    for ordered in (motions, [motions[1], motions[0], *motions[2:]]):
+        around = turned_around(T, ordered, found.source, found.target, SETTINGS.pair.proposals, HOW)
+        axes = [Rotation.from_matrix((pose @ poses.invert(T))[:3, :3]).as_rotvec() for pose in around.values()]
+        along = np.array([abs(axis @ found.z) / np.linalg.norm(axis) for axis in axes])
+        assert (along > np.cos(np.radians(3))).sum() >= HOW.around_most // 2
+
+
 def test_nothing_is_turned_where_nothing_is_weak():
     found = Object(blob, 0.0005)
     firm = [motion for motion in found.motions() if motion.information > HOW.suspicious]
