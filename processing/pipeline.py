@@ -4,8 +4,8 @@ Views come without poses, and ground truth never enters here: `errors.with_error
 """
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -15,12 +15,18 @@ from processing.reconstruction.competition import doubt
 from processing.reconstruction.joint import refine_jointly
 from processing.reconstruction.matching import match
 from processing.reconstruction.model import build_model
-from processing.reconstruction.pair import Matches, register_competing, register_consensus, register_icp
+from processing.reconstruction.pair import (
+    Matches,
+    last_correspondences,
+    register_competing,
+    register_consensus,
+    register_icp,
+)
 from processing.reconstruction.prepared import Prepared, Shelf
 from processing.reconstruction.ransac import estimate_pose
 from processing.reconstruction.trajectory import Placed, Trajectory
 from processing.reconstruction.turntable import fit_turntable
-from processing.results.records import METHODS, Correspondences, PairEstimate, SessionResult, ViewRecord, ViewResult
+from processing.results.records import METHODS, PairEstimate, SessionResult, ViewRecord, ViewResult
 from processing.settings import Settings
 from processing.surface import Scale, choose_scale, prepare
 from processing.timing import Stopwatch, total
@@ -43,7 +49,7 @@ def process(
     watch = Stopwatch()
     scale = choose_scale(views, settings.surface)
     steps = _Steps(scale, info, settings, tuple(methods), seed, watch)
-    shelf = Shelf(views, steps.prepare, settings.surface.kept_views)
+    shelf = Shelf(views, steps.prepare, steps.prepare_surface, settings.surface.kept_views)
     streamed = [m for m in _STREAMED if m in methods or (m == "pairwise" and "refined" in methods)]
     trajectories = {method: Trajectory(retries=method == "pairwise") for method in streamed}
     records: list[ViewRecord] = []
@@ -67,7 +73,7 @@ def process(
             points=current.surface.points,
             colors=current.surface.colors,
             keypoints=current.keypoints,
-            correspondences=_draw(current, found),
+            correspondences=last_correspondences(current, found),
             pairs=pairs,
             poses=poses,
             seconds=watch.lap(),
@@ -80,7 +86,7 @@ def process(
     if "refined" in methods:
         with watch("refine", "refined"):
             reconstruction["refined"] = refine_jointly(
-                reconstruction["pairwise"], origin, shelf.get, steps.register_unguided, settings.pair, settings.graph
+                reconstruction["pairwise"], origin, shelf, steps.register_unguided, settings.pair, settings.graph
             )
     joint = watch.lap()
     best = next((method for method in reversed(METHODS) if method in methods), None)
@@ -116,19 +122,25 @@ class _Steps:
     seed: int
     watch: Stopwatch
 
-    def prepare(self, view: View) -> Prepared:
-        """Steps 1 and 2: a view's surface, ISS keypoints and their SHOT descriptors, for the methods that use them."""
-        how, w = self.settings, self.scale.working if self.scale else 0.0
+    def prepare_surface(self, view: View) -> Prepared:
+        """A view's surface alone."""
         with self.watch("prepare", *self.methods):
-            surface = prepare(view, self.scale, self.info.sensor_origin, how.surface)
-        keypoints, descriptors, frames = np.empty((0, 3)), np.empty((0, 0)), np.empty((0, 3, 3))
-        if surface.enough and (users := self._users(_USE_FEATURES)):
-            with self.watch("keypoints", *users):
-                radii = w * how.keypoints.salient_radius, w * how.keypoints.non_max_radius
-                keypoints = surface.working[detect_keypoints(surface.working, *radii, how.keypoints)[0]]
-            with self.watch("descriptors", *users):
-                descriptors, frames = describe(surface.working, surface.normals, keypoints, w * how.shot.radius)
-        return Prepared(surface, keypoints, descriptors, frames, self.scale, how.pair.refinement)
+            surface = prepare(view, self.scale, self.info.sensor_origin, self.settings.surface)
+        nothing = np.empty((0, 3)), np.empty((0, 0)), np.empty((0, 3, 3))
+        return Prepared(surface, *nothing, self.scale, self.settings.pair.refinement)
+
+    def prepare(self, view: View) -> Prepared:
+        """Steps 1 and 2: ISS keypoints of its surface and their SHOT descriptors too, for the methods that use them."""
+        bare, how, users = self.prepare_surface(view), self.settings, self._users(_USE_FEATURES)
+        if not (bare.surface.enough and users):
+            return bare
+        points, w = bare.surface.working, self.scale.working
+        with self.watch("keypoints", *users):
+            radii = w * how.keypoints.salient_radius, w * how.keypoints.non_max_radius
+            keypoints = points[detect_keypoints(points, *radii, how.keypoints)[0]]
+        with self.watch("descriptors", *users):
+            descriptors, frames = describe(points, bare.surface.normals, keypoints, w * how.shot.radius)
+        return replace(bare, keypoints=keypoints, descriptors=descriptors, frames=frames)
 
     def attach(
         self, method: str, source: Prepared, trajectory: Trajectory, found: dict[Prepared, Matches]
@@ -183,15 +195,3 @@ class _Steps:
 
     def _users(self, methods: Sequence[str]) -> list[str]:
         return [method for method in self.methods if method in methods]
-
-
-def _draw(source: Prepared, found: Mapping[Prepared, Matches]) -> Correspondences | None:
-    """The matches with the last target, each keypoint in its own view, for the review."""
-    if not found:
-        return None
-    target, matches = list(found.items())[-1]
-    pairs = matches.indices
-    inlier = np.zeros(len(pairs), bool) if matches.consensus is None else matches.consensus.inlier
-    return Correspondences(
-        source.view, target.view, source.keypoints[pairs[:, 0]], target.keypoints[pairs[:, 1]], inlier
-    )

@@ -9,7 +9,7 @@ import numpy as np
 from processing.reconstruction.competition import PairSettings, doubt, register_from
 from processing.reconstruction.freedom import same_freedom
 from processing.reconstruction.graph import GraphSettings, Solution, choose_edges, solve, viewing_direction
-from processing.reconstruction.prepared import Prepared
+from processing.reconstruction.prepared import Prepared, Shelf
 from processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
 from recorder import poses
 
@@ -21,7 +21,7 @@ Register = Callable[[Prepared, Prepared], PairEstimate]  # source and target, wi
 def refine_jointly(
     pairwise: MethodResult,
     origin: int | None,
-    prepared: Callable[[int], Prepared],
+    shelf: Shelf,
     register: Register,
     pair_settings: PairSettings,
     settings: GraphSettings,
@@ -34,13 +34,13 @@ def refine_jointly(
     """
     if origin is None:
         return MethodResult(pairwise.views, (), summary=summarize(pairwise.views, origin))
-    diameter = prepared(origin).scale.diameter
+    diameter = shelf.get_surface(origin).scale.diameter
     candidates = [v.view for v in pairwise.views if v.status not in ("unreadable", "too_few_points")]
     edges = [pair for pair in pairwise.pairs if _is_edge(pair)]
     solution = solve(edges, origin, diameter, settings)
-    edges += _attach(candidates, edges, solution, prepared, register, pair_settings, settings)
+    edges += _attach(candidates, edges, solution, shelf, register, pair_settings, settings)
     solution = solve(edges, origin, diameter, settings)
-    edges += _close(solution, edges, prepared, pair_settings, settings)
+    edges += _close(solution, edges, shelf, pair_settings, settings)
     solution = solve(edges, origin, diameter, settings)
     views = tuple(_estimate(view, solution) for view in pairwise.views)
     return MethodResult(
@@ -62,7 +62,7 @@ def _attach(
     candidates: Sequence[int],
     edges: Sequence[PairEstimate],
     solution: Solution,
-    prepared: Callable[[int], Prepared],
+    shelf: Shelf,
     register: Register,
     pair_settings: PairSettings,
     settings: GraphSettings,
@@ -86,7 +86,7 @@ def _attach(
                 if (view, other) in tried:
                     continue
                 tried.add((view, other))
-                edge = doubt(register(prepared(view), prepared(other)), usual, pair_settings)
+                edge = doubt(register(shelf.get(view), shelf.get(other)), usual, pair_settings)
                 near = abs(other - view) <= settings.vouching
                 if edge.status == "ok" and _is_edge(edge) and (near or edge.evidence.observability >= slides):
                     found.append(edge)
@@ -100,7 +100,7 @@ def _attach(
 def _close(
     solution: Solution,
     edges: Sequence[PairEstimate],
-    prepared: Callable[[int], Prepared],
+    shelf: Shelf,
     pair_settings: PairSettings,
     settings: GraphSettings,
 ) -> list[PairEstimate]:
@@ -108,12 +108,12 @@ def _close(
     directions, usual = {}, _usual_misfit(edges)
     for view in sorted(solution.rigid):
         T_0_i = solution.T_0[view]
-        surface = prepared(view).surface
+        surface = shelf.get_surface(view).surface
         directions[view] = viewing_direction(T_0_i, surface.surfels.points.mean(axis=0), surface.sensor_origin)
     found = []
     for source, target in choose_edges(directions, [(e.source, e.target) for e in edges], settings):
         start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
-        edge = register_from({"graph": start}, prepared(source), prepared(target), pair_settings)
+        edge = register_from({"graph": start}, shelf.get_surface(source), shelf.get_surface(target), pair_settings)
         edge = doubt(edge, usual, pair_settings)
         if _is_edge(edge):
             found.append(edge)

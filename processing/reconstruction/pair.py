@@ -13,7 +13,7 @@ from processing.reconstruction.prepared import Prepared
 from processing.reconstruction.ransac import Consensus
 from processing.reconstruction.starts import propose
 from processing.reconstruction.symmetry import weak_motions
-from processing.results.records import Evidence, PairEstimate
+from processing.results.records import Correspondences, Evidence, PairEstimate
 
 BELIEVED = ("ok", "ambiguous")  # a pose that geometry bears out, though not always it alone
 
@@ -131,3 +131,15 @@ def _why_no_consensus(source: Prepared, target: Prepared, found: Matches) -> str
     if min(len(source.keypoints), len(target.keypoints)) < 3:
         return "too_few_keypoints"
     return "too_few_matches" if len(found.indices) < 3 else "no_consensus"
+
+
+def last_correspondences(source: Prepared, found: Mapping[Prepared, Matches]) -> Correspondences | None:
+    """The matches of a view with the last of its targets, each keypoint in its own view's frame; None without any."""
+    if not found:
+        return None
+    target, matches = list(found.items())[-1]
+    pairs = matches.indices
+    inlier = np.zeros(len(pairs), bool) if matches.consensus is None else matches.consensus.inlier
+    return Correspondences(
+        source.view, target.view, source.keypoints[pairs[:, 0]], target.keypoints[pairs[:, 1]], inlier
+    )

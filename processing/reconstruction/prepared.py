@@ -68,20 +68,42 @@ class Prepared:
 class Shelf:
     """The last views asked for, prepared; one that is no longer there is read and prepared again."""
 
-    def __init__(self, views: Views, prepare: Callable[[View], Prepared], most: int) -> None:
-        self._views, self._prepare, self._most = views, prepare, most
+    def __init__(
+        self,
+        views: Views,
+        prepare: Callable[[View], Prepared],
+        prepare_surface: Callable[[View], Prepared],
+        most: int,
+    ) -> None:
+        """At most so many views are kept; `prepare_surface` is the quicker one, without keypoints and descriptors."""
+        self._views, self._prepare, self._prepare_surface, self._most = views, prepare, prepare_surface, max(1, most)
         self._kept: OrderedDict[int, Prepared] = OrderedDict()
+        self._bare: set[int] = set()  # those kept without keypoints and descriptors
 
     def put(self, view: View) -> Prepared:
         """A view that was just read."""
-        prepared = self._kept[view.index] = self._prepare(view)
-        if len(self._kept) > self._most:
-            self._kept.popitem(last=False)
-        return prepared
+        self._bare.discard(view.index)
+        return self._keep(view.index, self._prepare(view))
 
     def get(self, index: int) -> Prepared:
         """A view by its recorded index."""
-        if index not in self._kept:
+        if index not in self._kept or index in self._bare:
             return self.put(self._views.load(index))
         self._kept.move_to_end(index)
         return self._kept[index]
+
+    def get_surface(self, index: int) -> Prepared:
+        """A view by its recorded index, for what needs no keypoints and descriptors: it may lack them."""
+        if index not in self._kept:
+            self._bare.add(index)
+            return self._keep(index, self._prepare_surface(self._views.load(index)))
+        self._kept.move_to_end(index)
+        return self._kept[index]
+
+    def _keep(self, index: int, prepared: Prepared) -> Prepared:
+        self._kept[index] = prepared
+        self._kept.move_to_end(index)
+        while len(self._kept) > self._most:
+            oldest, _ = self._kept.popitem(last=False)
+            self._bare.discard(oldest)
+        return prepared

@@ -22,6 +22,12 @@ class Scene:
         self.views = [self.steps.prepare(view) for view in session.views()]
         self.truth = session.truth()
 
+    def get(self, index):
+        """As a shelf hands out a view."""
+        return self.views[index]
+
+    get_surface = get
+
     def T(self, target, source):
         """The true T_target_source of two views."""
         return poses.invert(self.truth[target]) @ self.truth[source]

@@ -140,7 +140,7 @@ def pairwise_of(ready, pairs, placed="ok"):
 
 def jointly(ready, pairs, register):
     how = SETTINGS.pair, GraphSettings()
-    return refine_jointly(pairwise_of(ready, pairs), 0, ready.views.__getitem__, register, *how)
+    return refine_jointly(pairwise_of(ready, pairs), 0, ready, register, *how)
 
 
 def exact(ready, source, target):

@@ -18,7 +18,7 @@ def shelf():
         prepared.append(view.index)
         return f"view {view.index}"
 
-    return views, Shelf(views, prepare, most=2), prepared
+    return views, Shelf(views, prepare, lambda view: f"surface {view.index}", most=2), prepared
 
 
 def test_what_is_on_the_shelf_is_not_prepared_again(shelf):
@@ -42,6 +42,20 @@ def test_what_was_asked_for_longest_ago_goes(shelf):
     assert prepared == [0, 1, 2, 1]
 
 
+def test_a_surface_is_prepared_alone_where_nothing_more_is_asked_for(shelf):
+    views, found, prepared = shelf
+    found.put(views.load(0))
+    assert found.get_surface(0) == "view 0"  # what is there has all
+    assert [found.get_surface(1), found.get_surface(1)] == ["surface 1", "surface 1"]
+    assert prepared == [0]
+    assert [found.get(1), found.get_surface(1)] == ["view 1", "view 1"]
+    assert prepared == [0, 1]
+    found.get_surface(2)
+    found.get_surface(3)
+    assert found.get(1) == "view 1"
+    assert prepared == [0, 1, 1]
+
+
 def test_a_few_surfels_stand_for_all():
     every = Surfels(np.arange(30.0).reshape(10, 3), np.ones((10, 3)), np.arange(10.0))
     assert len(every) == 10
@@ -56,7 +70,7 @@ def test_a_few_surfels_stand_for_all():
 
 def test_a_shelf_for_none_still_hands_out_what_it_prepared():
     views = scan(n_views=1, points=2000).views()
-    assert Shelf(views, lambda view: f"view {view.index}", most=0).get(0) == "view 0"
+    assert Shelf(views, lambda view: f"view {view.index}", None, most=0).get(0) == "view 0"
 
 
 def test_search_structures_are_made_once_and_hold_the_surfels():
