@@ -97,6 +97,7 @@ def register_from(
         tuple(
             Candidate(trial.start, judgement.status_of(trial.judged, belief), trial.judged.score) for trial in trials
         ),
+        start=best.start,
         information=best.refined.information,
         center=best.refined.center,
         freedoms=freedoms,

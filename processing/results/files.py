@@ -171,6 +171,7 @@ def _pair_to_json(pair: PairEstimate) -> dict[str, Any]:
         "status": pair.status,
         "confidence": pair.confidence,
         "evidence": asdict(pair.evidence),
+        "start": pair.start,
         "candidates": [asdict(candidate) for candidate in pair.candidates],
         "unobservable": [_freedom_to_json(freedom) for freedom in pair.freedoms],
         "alternatives": [_matrix(T) for T in pair.alternatives],

@@ -80,9 +80,9 @@ class PairEstimate:
     confidence: float
     evidence: Evidence
     candidates: tuple[Candidate, ...] = ()  # best first
-    information: np.ndarray | None = (
-        None  # (6, 6) of a turn [rad] about the centre, then a shift [m]: inverse covariance
-    )
+    start: str | None = None  # the candidate that led to the pose; `step` where the user's knowledge settled it
+    # (6, 6) of a turn [rad] about the centre, then a shift [m]; the inverse of the pose's covariance
+    information: np.ndarray | None = None
     center: np.ndarray | None = None  # (3,) in the target's frame
     freedoms: tuple[Freedom, ...] = ()  # in the target's frame
     alternatives: tuple[np.ndarray, ...] = ()  # other T_target_source that explain the views as well

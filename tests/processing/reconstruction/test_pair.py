@@ -218,7 +218,7 @@ def test_a_known_step_settles_a_bottles_turn(step_deg):
     for source, target in ((1, 0), (2, 0), (0, 1)):
         views = scene.views[source], scene.views[target]
         pair = register_competing(*views, scene.steps.correspond(*views), None, told)
-        assert pair.status == "ok"
+        assert (pair.status, pair.start) == ("ok", "step")
         assert pair.freedoms == ()
         assert error_deg(scene, pair) < 0.5
         assert np.linalg.eigvalsh(pair.information).min() > 0
