@@ -50,6 +50,7 @@ class Outcome:
     summaries: dict[str, dict[str, Any]] = field(default_factory=dict)  # by method; empty where there are no results
     error: ScanError | None = None
     damage: str | None = None
+    ambiguous_views: int = 0  # of the best method run
 
     @property
     def failed_views(self) -> int:
@@ -138,4 +139,7 @@ def _process_session(session: Session, path: Path, folder: Path, key: dict[str, 
 def _finished(path: Path, folder: Path, message: str) -> Outcome:
     results = read_results(folder)
     summaries = {method: content["summary"] for method, content in results["reconstruction"].items()}
-    return Outcome(path, folder, message, summaries, damage=results["input"]["damage"])
+    best = next((method for method in reversed(METHODS) if method in summaries), None)
+    views = results["reconstruction"][best]["views"] if best else []
+    ambiguous = sum(view["status"] == "ambiguous" for view in views)
+    return Outcome(path, folder, message, summaries, damage=results["input"]["damage"], ambiguous_views=ambiguous)

@@ -22,6 +22,7 @@ app = typer.Typer(
 )
 recorder_cli.mount(app)
 
+_AMBIGUOUS = "the object looks the same from several sides; if you know the turntable's step, --step-deg settles it"
 _COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown
     "failed\nviews": ("failed_views", 1),
     "transl.\nmax [mm]": ("max_translation_error_m", 1e3),
@@ -43,7 +44,9 @@ def process(
     settings: Annotated[str, typer.Option(help="A TOML file, or 'thesis': its methods alone.")] = "",
     step_deg: Annotated[
         float | None,
-        typer.Option(help="The turntable's step from view to view, used only where the views cannot tell it."),
+        typer.Option(
+            help="The turntable's step, believed where the views cannot tell; positive: camera counterclockwise."
+        ),
     ] = None,
     mesh: Annotated[bool, typer.Option("--mesh", help="Write model_mesh.ply too, by Poisson reconstruction.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
@@ -75,6 +78,9 @@ def process(
         outcomes.append(outcome)
     done = [outcome for outcome in outcomes if outcome.summaries]
     _print_errors(done)
+    for outcome in done:
+        if outcome.ambiguous_views:
+            typer.echo(f"{outcome.folder.name}: {outcome.ambiguous_views} views are ambiguous: {_AMBIGUOUS}")
     if done:
         typer.echo(f"Look at it: orbitscan view {done[0].folder if len(done) == 1 else results}")
     raise typer.Exit(_exit_status(outcomes, strict))

@@ -5,7 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
 
-from numba import get_num_threads, njit
+from numba import config, get_num_threads, njit
+
+config.THREADING_LAYER = "workqueue"  # numba's own threads never run; looking for others warns of old libraries
 
 _SLICES_PER_THREAD = 8  # enough to balance the load
 

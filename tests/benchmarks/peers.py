@@ -1,6 +1,6 @@
 """The libraries that pip installs, as their own examples use them: what a user would get without orbitscan.
 
-All get the working resolution w of the session, as orbitscan chooses it: the largest of point spacing, 1.5 times the
+All get the working resolution w of the session, as orbitscan chooses it: the largest of point spacing, 2.5 times the
 noise and 1/150 of the diameter. Each prepares a view once. A peer says nothing of whether its pose is right, so all it
 returns counts as called ok.
 """
@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import open3d as o3d
-import small_gicp
 
 from recorder import cloud, poses
 from recorder.session import Session
@@ -24,6 +23,8 @@ OPEN3D = "Open3D FPFH+RANSAC+plane"
 POSE_GRAPH = "Open3D pose graph"
 KISS = "KISS-Matcher+GICP"
 GICP = "small_gicp from identity"
+
+_NEEDS = {KISS: ("kiss_matcher", "small_gicp"), GICP: ("small_gicp",)}  # libraries of the extra `bench`
 
 registration = o3d.pipelines.registration
 
@@ -56,12 +57,16 @@ class PeerRun:
 
 def available() -> tuple[str, ...]:
     """The peers that are installed; the pose graph comes after the pairs that it is made of."""
-    return tuple(name for name in (OPEN3D, POSE_GRAPH, KISS, GICP) if name != KISS or find_spec("kiss_matcher"))
+    return tuple(name for name in (OPEN3D, POSE_GRAPH, KISS, GICP) if not _lacking(name))
 
 
 def missing() -> tuple[str, ...]:
     """A line for each peer that is not installed."""
-    return () if find_spec("kiss_matcher") else (f"{KISS}: not installed (pip install kiss-matcher)",)
+    return tuple(f"{name}: not installed (pip install {' '.join(_lacking(name))})" for name in _NEEDS if _lacking(name))
+
+
+def _lacking(name: str) -> list[str]:
+    return [library.replace("_", "-") for library in _NEEDS.get(name, ()) if not find_spec(library)]
 
 
 def run(names: Sequence[str], session: Session) -> dict[str, PeerRun]:
@@ -78,7 +83,7 @@ def run(names: Sequence[str], session: Session) -> dict[str, PeerRun]:
 def measure(session: Session) -> Sizes:
     """The sizes of a session, from its first view."""
     facts = cloud.measure(next(iter(session.views())).points)
-    return Sizes(facts.resolution, max(facts.resolution, 1.5 * facts.noise, facts.diameter / 150))
+    return Sizes(facts.resolution, max(facts.resolution, 2.5 * facts.noise, facts.diameter / 150))
 
 
 def _successively(peer: Peer, session: Session) -> tuple[PeerRun, dict[int, Any]]:
@@ -112,11 +117,15 @@ def _compose(views: Sequence[int], pairs: Mapping[tuple[int, int], np.ndarray]) 
 # small_gicp: generalised ICP from the identity, all points, gate 5 w.
 
 
-def _gicp_cloud(points: np.ndarray, sizes: Sizes) -> tuple[small_gicp.PointCloud, small_gicp.KdTree]:
+def _gicp_cloud(points: np.ndarray, sizes: Sizes) -> tuple[Any, Any]:
+    import small_gicp
+
     return small_gicp.preprocess_points(points, sizes.resolution, num_neighbors=30, num_threads=_threads())
 
 
 def _gicp(source: Any, target: Any, sizes: Sizes, start: np.ndarray | None = None) -> np.ndarray:
+    import small_gicp
+
     return small_gicp.align(
         target[0],
         source[0],
