@@ -1,7 +1,8 @@
 """Parametric meshes of known objects in real sizes: every instance of an object is another one, drawn from a seed.
 
 The object's frame: z up, standing on z = 0, its bounding box centred on the z axis, its front towards +x. A module
-per object builds it from a random generator; `build` places it in that frame.
+per object builds it from a random generator; `build` places it in that frame. Where a module has `STYLES`, a tuple of
+builders, the instances take them in turn: with n styles, instances 1, 1 + n, 1 + 2n, ... are of the first.
 """
 
 import numpy as np
@@ -21,15 +22,15 @@ from recorder.objects import (
 )
 from recorder.objects.mesh import Mesh
 
-_BUILDERS = {
-    module.__name__.rpartition(".")[2]: module.build
+_STYLES = {
+    module.__name__.rpartition(".")[2]: getattr(module, "STYLES", None) or (module.build,)
     for module in (bin, coffee_mug, robot, bowl, cap, helicopter, pliers, statue, vacuum_cleaner, water_bottle)
 }
 
 
 def names() -> tuple[str, ...]:
     """The objects that can be built."""
-    return tuple(_BUILDERS)
+    return tuple(_STYLES)
 
 
 def build(name: str, instance: int = 1) -> Mesh:
@@ -37,11 +38,12 @@ def build(name: str, instance: int = 1) -> Mesh:
 
     Raises InvalidOption for an unknown name and an instance below 1.
     """
-    if name not in _BUILDERS:
+    if name not in _STYLES:
         raise InvalidOption(name, "no known object", f"choose one of {', '.join(names())}")
     if instance < 1:
         raise InvalidOption(f"instance {instance}", "instances count from 1", "give 1 or more")
-    mesh = _BUILDERS[name](np.random.default_rng([instance, *name.encode()]))
+    styles = _STYLES[name]
+    mesh = styles[(instance - 1) % len(styles)](np.random.default_rng([instance, *name.encode()]))
     low, high = mesh.bounds
     x, y, _ = -(low + high) / 2
     return mesh.moved(x, y, -low[2])
