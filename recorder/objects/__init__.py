@@ -12,6 +12,7 @@ from recorder.objects import (
     bin,
     bowl,
     cap,
+    cell_phone,
     coffee_mug,
     helicopter,
     pliers,
@@ -24,7 +25,19 @@ from recorder.objects.mesh import Mesh
 
 _STYLES = {
     module.__name__.rpartition(".")[2]: getattr(module, "STYLES", None) or (module.build,)
-    for module in (bin, coffee_mug, robot, bowl, cap, helicopter, pliers, statue, vacuum_cleaner, water_bottle)
+    for module in (
+        bin,
+        coffee_mug,
+        robot,
+        bowl,
+        cap,
+        cell_phone,
+        helicopter,
+        pliers,
+        statue,
+        vacuum_cleaner,
+        water_bottle,
+    )
 }
 
 
