@@ -13,7 +13,7 @@ BODIES = (STEEL, BLACK, WHITE, RED, BLUE, AQUA, GREEN, ORANGE, PINK, NAVY)
 CAPS = (BLACK, WHITE, STEEL, RED, BLUE, ORANGE)
 
 
-def build(rng: np.random.Generator) -> Mesh:
+def everyday(rng: np.random.Generator) -> Mesh:
     """A bottle; instances differ in proportions, waist, rings, shoulder, in the closure (or none) and in colours."""
     radius, height, neck = rng.uniform((0.031, 0.165, 0.34), (0.041, 0.225, 0.66))
     neck *= radius
@@ -74,3 +74,7 @@ def _closure(rng: np.random.Generator, neck: float) -> list[Mesh]:
     else:
         profile += [(0, h)]
     return [revolve(np.array(profile), SEGMENTS)]
+
+
+ROUND = (everyday,)  # surfaces of revolution
+STYLES = ROUND

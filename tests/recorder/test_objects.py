@@ -6,15 +6,18 @@ from scipy.spatial import cKDTree
 
 from recorder import objects
 from recorder.exceptions import InvalidOption
-from recorder.objects import bowl, water_bottle
+from recorder.objects import bowl, vessel, water_bottle
 from recorder.objects.mesh import Mesh, merge
 from recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve, rounded_rectangle, sweep
 
 SIZES = {  # metres: the least and the largest of every side of the bounding box
+    "apple": ((0.055, 0.055, 0.045), (0.105, 0.105, 0.12)),
+    "bell_pepper": ((0.045, 0.045, 0.045), (0.155, 0.11, 0.155)),
+    "dry_battery": ((0.0095, 0.0095, 0.0095), (0.117, 0.138, 0.138)),
     "robot": ((0.30, 0.25, 0.34), (0.50, 0.40, 0.50)),
     "bin": ((0.22, 0.20, 0.30), (0.36, 0.27, 0.45)),
-    "coffee_mug": ((0.06, 0.08, 0.08), (0.12, 0.15, 0.11)),
-    "bowl": ((0.12, 0.12, 0.045), (0.18, 0.18, 0.09)),
+    "coffee_mug": ((0.05, 0.075, 0.045), (0.12, 0.17, 0.135)),
+    "bowl": ((0.085, 0.085, 0.035), (0.245, 0.245, 0.13)),
     "cap": ((0.24, 0.145, 0.10), (0.29, 0.19, 0.14)),
     "cell_phone": ((0.02, 0.04, 0.009), (0.205, 0.165, 0.16)),
     "helicopter": ((0.36, 0.12, 0.18), (0.50, 0.42, 0.24)),
@@ -85,10 +88,11 @@ def test_an_object_of_no_symmetry_is_no_mirror_image_of_itself(name):
     assert np.mean(distance > 0.01) > 0.08
 
 
-@pytest.mark.parametrize(("name", "segments"), [("bowl", bowl.SEGMENTS), ("water_bottle", water_bottle.SEGMENTS)])
-def test_a_turn_by_one_segment_maps_a_surface_of_revolution_onto_itself(name, segments):
+@pytest.mark.parametrize(("name", "styles"), [("bowl", bowl.ROUND), ("water_bottle", water_bottle.ROUND)])
+def test_a_turn_by_one_segment_maps_a_surface_of_revolution_onto_itself(name, styles):
+    segments = vessel.SEGMENTS
     assert segments >= 96  # so that the facets are no features
-    for instance in range(1, 13):
+    for instance in range(1, len(styles) + 1):
         mesh = objects.build(name, instance)
         distance, same = cKDTree(mesh.vertices).query(mesh.turned("z", 360 / segments).vertices)
         assert distance.max() < 1e-12
@@ -100,10 +104,10 @@ def test_a_mug_is_hollow_and_its_handle_is_to_the_right_of_the_front():
         mesh = objects.build("coffee_mug", instance)
         low, high = mesh.bounds
         across, along, height = high - low
-        assert along > across + 0.02
-        assert mesh.volume < 0.4 * np.pi / 4 * across**2 * height
+        assert along > across + 0.012
+        assert mesh.volume < 0.45 * np.pi / 4 * across**2 * height
         handle = mesh.vertices[:, 1] > high[1] - 0.005
-        assert np.abs(mesh.vertices[handle, 0]).max() < 0.01
+        assert np.abs(mesh.vertices[handle, 0]).max() < 0.014
 
 
 def test_a_bowl_is_hollow():
@@ -112,7 +116,7 @@ def test_a_bowl_is_hollow():
         across, _, height = mesh.bounds[1]
         assert mesh.volume < 0.4 * np.pi * across**2 * height
         axis = np.hypot(*mesh.vertices.T[:2]) < 1e-9
-        assert mesh.vertices[axis, 2].max() < 0.3 * height
+        assert mesh.vertices[axis, 2].max() < 0.4 * height
 
 
 def test_a_cap_is_hollow_and_its_brim_reaches_forward():
