@@ -6,7 +6,7 @@ import numpy as np
 
 from recorder import objects
 from recorder.objects.mesh import Mesh
-from recorder.sources.virtual import KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG
+from recorder.sources.depth_sensor import KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG
 
 CREASE_DEG = 25.0  # facets that meet at less stand for a round surface
 SAME = 2e-4  # of the distance: two hits on one ray are one point

@@ -142,6 +142,12 @@ def test_a_session_that_fails_does_not_stop_the_others(orbitscan, tmp_path):
         ("check empty.mcap", "empty.mcap: the file is empty; make a recording with 'orbitscan convert'"),
         ("info short.json", "short.json: not an MCAP file; make a recording with 'orbitscan convert'"),
         ("simulate nobody -o x.mcap", "nobody"),
+        ("simulate bowl -o x.mcap --instances 3", "--instances 3: is not for bowl"),
+        ("simulate bowl -o x.mcap --every 0", "--every 0: no step"),
+        ("simulate corpus -o x --instance 3", "--instance 3: is not for corpus"),
+        ("simulate corpus -o x --elevation 3", "--elevation 3: is not for corpus"),
+        ("simulate corpus -o x --instances 0", "--instances 0: a category has at least one"),
+        ("simulate corpus -o x.mcap", "-o x.mcap: 183 recordings do not fit one file"),
     ],
 )
 def test_wrong_input_is_told_in_one_line(orbitscan, scans, recording, arguments, sentence):
@@ -233,6 +239,33 @@ def test_simulate_records_an_object(orbitscan, tmp_path):
     ]
     found = mcap_file.read(tmp_path / "mug.mcap")
     assert (found.info.name, found.info.category, sorted(found.truth())) == ("mug", "coffee_mug", [0, 1, 2, 3])
+
+
+@pytest.fixture
+def one_bowl(monkeypatch):
+    monkeypatch.setattr("recorder.corpus.INSTANCES", {"bowl": 1})
+
+
+def test_simulate_records_a_corpus_and_goes_on_with_it(orbitscan, tmp_path, one_bowl):
+    command = ("simulate", "corpus", "-o", "corpus", "--every", "50", "--instances", "1")
+    (tmp_path / "corpus").mkdir()
+    for there in ("", "; 3 were there already"):
+        status, out, err = orbitscan(*command)
+        assert (status, err) == (0, "")
+        assert out.splitlines() == [
+            f"corpus: 3 recordings, 12 views{there}",
+            "next: orbitscan train corpus -o model.pt",
+        ]
+    assert sorted(path.name for path in (tmp_path / "corpus").iterdir()) == [
+        f"bowl_1_{video}.mcap" for video in (1, 2, 4)
+    ]
+    found = mcap_file.read(tmp_path / "corpus" / "bowl_1_2.mcap").info
+    assert (found.category, found.instance, found.elevation_deg, found.views_per_turn) == ("bowl", "1", 45, 4)
+
+
+def test_one_object_is_seen_by_a_kinect(orbitscan, tmp_path):
+    assert orbitscan("simulate", "bowl", "-o", "bowl.mcap", "--views", "2", "--sensor", "kinect")[0] == 0
+    assert mcap_file.read(tmp_path / "bowl.mcap").info.sensor == "virtual Kinect"
 
 
 def test_an_interrupt_ends_quietly(orbitscan, monkeypatch, recording):

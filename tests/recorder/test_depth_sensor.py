@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+
+from recorder import cloud, objects, poses
+from recorder.sources import open_capture
+from recorder.sources.depth_sensor import Kinect, _smooth
+from recorder.sources.virtual import simulate
+
+FACING = np.ones((120, 160))
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+def measured(depth, sensor=None, cosine=FACING, seed=0):
+    return (sensor or Kinect(holes=0)).measure(np.full(FACING.shape, depth), cosine, rng(seed))
+
+
+@pytest.mark.parametrize("depth", [0.7, 1.0, 1.5])
+def test_depths_are_whole_millimetres_of_whole_eighths_of_disparity(depth):
+    z = np.unique(measured(depth))
+    z = z[np.isfinite(z)]
+    np.testing.assert_allclose(z, np.round(z, 3), atol=1e-12)
+    assert len(z) > 2
+    assert np.diff(z).mean() == pytest.approx(depth**2 / (8 * 575 * 0.075), rel=0.25)
+
+
+def test_the_error_grows_with_the_square_of_depth_and_is_alike_nearby():
+    spread = {depth: np.nanstd([measured(depth, seed=seed) for seed in range(5)]) for depth in (1.0, 2.0)}
+    quantisation = 1 / (8 * 575 * 0.075) / np.sqrt(12)
+    assert spread[1.0] == pytest.approx(np.hypot(0.0013, quantisation), rel=0.1)
+    assert spread[2.0] == pytest.approx(4 * spread[1.0], rel=0.1)
+
+
+@pytest.mark.parametrize("shape", [(300, 300), (7, 400)])
+def test_smooth_deviates_are_normal_and_correlate_as_they_say(shape):
+    fields = np.array([_smooth(shape, 3.0, rng(seed)) for seed in range(40)])
+    assert fields.mean() == pytest.approx(0, abs=0.03)
+    assert fields.std() == pytest.approx(1, abs=0.03)
+    for lag in (1, 3, 6):
+        along = (fields[:, :, lag:] * fields[:, :, :-lag]).mean()
+        assert along == pytest.approx(np.exp(-(lag**2) / 18), abs=0.06)
+
+
+def test_what_faces_the_camera_is_seen_but_for_the_holes_and_what_grazes_is_not():
+    assert np.isfinite(measured(0.7)).all()
+    assert not np.isfinite(measured(0.7, cosine=0.1 * FACING)).any()
+    lost = [np.isnan(measured(0.7, Kinect(holes=0.02), seed=seed)).mean() for seed in range(20)]
+    assert np.mean(lost) == pytest.approx(0.02, rel=0.4)
+
+
+def test_a_few_points_at_edges_fly_behind_the_object():
+    depth = np.full(FACING.shape, np.inf)
+    depth[20:100, 30:130] = 0.7
+    far = sum(np.nansum(Kinect(holes=0).measure(depth, FACING, rng(seed)) > 0.71) for seed in range(20))
+    edge = 20 * 2 * (80 + 100)
+    assert 0.001 * edge < far < 0.01 * edge
+
+
+@pytest.mark.parametrize("height", [0.004, 0.02, 0.1, 0.5])
+def test_the_table_never_takes_more_than_two_fifths(height):
+    cuts = []
+    for seed in range(200):
+        sensor = Kinect.draw(rng(seed), height, 0.0013)
+        cuts.append(sensor.table_cut(rng(seed)))
+        assert 0 <= cuts[-1] <= 0.4 * height
+    assert np.median(cuts) == pytest.approx(min(0.0075, 0.4 * height), rel=0.25)
+    assert max(cuts) <= max(0.02, 0.2 * height + 0.006)
+
+
+@pytest.mark.usefixtures("open3d")
+def test_a_kinects_view_of_an_object():
+    session = simulate("coffee_mug", instance=2, views=8, sensor="kinect")
+    plain = simulate("coffee_mug", instance=2, views=8, distance=0.72, focal=570)
+    assert session.info.sensor == "virtual Kinect"
+    height = objects.build("coffee_mug", 2).bounds[1][2]
+    for view, other in zip(session.views(), plain.views(), strict=True):
+        assert view.points.dtype == np.float32
+        assert view.colors.shape == view.points.shape
+        assert 0.75 < len(view.points) / len(other.points) < 1.1
+        placed = poses.transform(session.truth()[view.index], view.points)
+        assert placed[:, 2].min() < 0.4 * height
+        assert cloud.measure(view.points).resolution == pytest.approx(0.72 / 570, rel=0.1)
+
+
+@pytest.mark.usefixtures("open3d")
+def test_virtual_views_are_as_dense_and_as_noisy_as_real_ones(data):
+    real = open_capture(data / "washington" / "rgbd-dataset" / "cap")[0]
+    ours = simulate("cap", views=6, sensor="kinect")
+    facts = [[cloud.measure(cloud.finite(view.points)[0]) for view in s.views("6")] for s in (real, ours)]
+    for of, tolerance in ((lambda f: f.resolution, 0.1), (lambda f: f.noise, 0.25), (lambda f: f.points, 0.3)):
+        theirs, mine = (np.median([of(fact) for fact in found]) for found in facts)
+        assert mine == pytest.approx(theirs, rel=tolerance)
