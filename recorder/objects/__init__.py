@@ -9,11 +9,14 @@ import numpy as np
 
 from recorder.exceptions import InvalidOption
 from recorder.objects import (
+    apple,
+    bell_pepper,
     bin,
     bowl,
     cap,
     cell_phone,
     coffee_mug,
+    dry_battery,
     helicopter,
     pliers,
     robot,
@@ -37,6 +40,9 @@ _STYLES = {
         statue,
         vacuum_cleaner,
         water_bottle,
+        apple,
+        bell_pepper,
+        dry_battery,
     )
 }
 
