@@ -25,7 +25,7 @@ SIZES = {  # metres: the least and the largest of every side of the bounding box
     "pliers": ((0.145, 0.075, 0.015), (0.21, 0.13, 0.02)),
     "statue": ((0.14, 0.22, 0.32), (0.25, 0.34, 0.50)),
     "vacuum_cleaner": ((0.35, 0.23, 0.38), (0.50, 0.32, 0.50)),
-    "water_bottle": ((0.06, 0.06, 0.17), (0.085, 0.085, 0.28)),
+    "water_bottle": ((0.047, 0.055, 0.145), (0.10, 0.11, 0.335)),
 }
 TURNLESS = [  # and the least distance of its 20 farthest vertices from itself, turned [m]
     ("robot", 0.02),
@@ -93,6 +93,7 @@ def test_an_object_of_no_symmetry_is_no_mirror_image_of_itself(name):
 def test_a_turn_by_one_segment_maps_a_surface_of_revolution_onto_itself(name, styles):
     segments = vessel.SEGMENTS
     assert segments >= 96  # so that the facets are no features
+    assert len(styles) >= 9  # the benchmark registers the first instances as surfaces of revolution
     for instance in range(1, len(styles) + 1):
         mesh = objects.build(name, instance)
         distance, same = cKDTree(mesh.vertices).query(mesh.turned("z", 360 / segments).vertices)
