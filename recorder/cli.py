@@ -156,9 +156,8 @@ def simulate(
     ] = None,
     focal: Annotated[float | None, typer.Option(help="Focal length, in pixels. Default: 525 (kinect 570).")] = None,
     noise_mm: Annotated[
-        float | None,
-        typer.Option(help="Standard deviation of the depth at 1 m; grows with its square. Default: 1 (kinect 1.3)."),
-    ] = None,
+        float, typer.Option(help="Standard deviation of the depth at 1 m; grows with its square.")
+    ] = 1.0,
     seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Circles of a corpus recorded at the same time.")] = 1,
 ) -> None:

@@ -62,7 +62,7 @@ class Camera:
     sensor: Literal["gaussian", "kinect"] = "kinect"
     distance: float | None = None
     focal: float | None = None
-    noise_mm: float | None = None
+    noise_mm: float = 1.0
     seed: int = 0
     threads: int = 0
 

@@ -20,7 +20,6 @@ from recorder.sources.scene import Scene
 MAX_PIXELS = 8_000_000  # of an image; more would not fit small machines' memory
 DISTANCE = {"gaussian": 1.0, "kinect": 0.72}  # [m], of the camera where none is given
 FOCAL = {"gaussian": 525.0, "kinect": 570.0}  # [pixels]
-NOISE_MM = {"gaussian": 1.0, "kinect": 1.3}  # at 1 m
 
 
 def simulate(
@@ -31,7 +30,7 @@ def simulate(
     elevation_deg: float = 30.0,
     distance: float | None = None,
     focal: float | None = None,
-    noise_mm: float | None = None,
+    noise_mm: float = 1.0,
     seed: int = 0,
     sensor: Literal["gaussian", "kinect"] = "gaussian",
     start_deg: float = 0.0,
@@ -56,14 +55,17 @@ def simulate(
     radius = float(np.linalg.norm(mesh.vertices - center, axis=1).max())
     distance = max(DISTANCE[sensor], 2.5 * radius) if distance is None else distance
     focal = FOCAL[sensor] if focal is None else focal
-    noise_mm = NOISE_MM[sensor] if noise_mm is None else noise_mm
     _check_options(radius, views, every, elevation_deg, distance, focal, noise_mm, seed)
     name = name or (path.stem if from_file else what if instance == 1 else f"{what}_{instance}")
     if sensor == "kinect":
+        if distance > Kinect.FAR:
+            problem = f"a Kinect sees nothing beyond {Kinect.FAR:g} m"
+            raise InvalidOption(f"--distance {distance:.3g}", problem, "give less, or --sensor gaussian")
         key = (seed, *name.encode())
+        model = f"virtual Kinect ({distance:.3g} m, {focal:g} pixels, {noise_mm:g} mm, seed {seed})"
         device = Kinect.draw(np.random.default_rng(key), float(high[2] - low[2]), noise_mm / 1000)
     else:
-        key, device = (seed,), GaussianSensor(noise_mm / 1000)
+        key, model, device = (seed,), "virtual depth camera", GaussianSensor(noise_mm / 1000)
     orbit = _Orbit(
         scene=Scene(mesh, threads),
         center=center,
@@ -85,7 +87,7 @@ def simulate(
         category=None if from_file else what,
         instance=None if from_file else str(instance),
         source="virtual",
-        sensor="virtual depth camera" if sensor == "gaussian" else "virtual Kinect",
+        sensor=model,
         capture="circle",
         elevation_deg=elevation_deg,
         views_per_turn=orbit.views_per_turn,

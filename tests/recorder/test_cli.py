@@ -265,7 +265,14 @@ def test_simulate_records_a_corpus_and_goes_on_with_it(orbitscan, tmp_path, one_
 
 def test_one_object_is_seen_by_a_kinect(orbitscan, tmp_path):
     assert orbitscan("simulate", "bowl", "-o", "bowl.mcap", "--views", "2", "--sensor", "kinect")[0] == 0
-    assert mcap_file.read(tmp_path / "bowl.mcap").info.sensor == "virtual Kinect"
+    assert mcap_file.read(tmp_path / "bowl.mcap").info.sensor.startswith("virtual Kinect")
+
+
+def test_other_things_are_a_corpus_too(orbitscan, tmp_path, monkeypatch):
+    monkeypatch.setattr("recorder.objects.OTHERS", ("bin",), raising=False)
+    status, out, _ = orbitscan("simulate", "others", "-o", "others", "--views", "2")
+    assert (status, out.splitlines()[0]) == (0, "others: 9 recordings, 18 views")
+    assert (tmp_path / "others" / "bin_3_4.mcap").exists()
 
 
 def test_an_interrupt_ends_quietly(orbitscan, monkeypatch, recording):

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from recorder import cloud, objects, poses
+from recorder.exceptions import InvalidOption
 from recorder.sources import open_capture
 from recorder.sources.depth_sensor import Kinect, _smooth
 from recorder.sources.virtual import simulate
@@ -26,11 +27,26 @@ def test_depths_are_whole_millimetres_of_whole_eighths_of_disparity(depth):
     assert np.diff(z).mean() == pytest.approx(depth**2 / (8 * 575 * 0.075), rel=0.25)
 
 
-def test_the_error_grows_with_the_square_of_depth_and_is_alike_nearby():
-    spread = {depth: np.nanstd([measured(depth, seed=seed) for seed in range(5)]) for depth in (1.0, 2.0)}
+def test_the_error_grows_with_the_square_of_depth():
+    spread = {}
+    for depth in (1.0, 2.0):
+        slope = np.broadcast_to(np.linspace(0.99, 1.01, 160) * depth, FACING.shape)
+        found = [Kinect(holes=0).measure(slope, FACING, rng(seed)) - slope for seed in range(10)]
+        spread[depth] = np.std(found)
     quantisation = 1 / (8 * 575 * 0.075) / np.sqrt(12)
-    assert spread[1.0] == pytest.approx(np.hypot(0.0013, quantisation), rel=0.1)
-    assert spread[2.0] == pytest.approx(4 * spread[1.0], rel=0.1)
+    assert spread[1.0] == pytest.approx(np.hypot(0.001, quantisation), rel=0.05)
+    assert spread[2.0] == pytest.approx(4 * spread[1.0], rel=0.05)
+
+
+def test_nothing_is_measured_beyond_eight_metres():
+    assert np.isfinite(measured(7.9)).all()
+    assert np.isnan(measured(8.1)).all()
+
+
+@pytest.mark.usefixtures("open3d")
+def test_a_kinect_too_far_away_is_refused():
+    with pytest.raises(InvalidOption, match=r"--distance 9: a Kinect sees nothing beyond 8 m"):
+        simulate("bowl", sensor="kinect", distance=9)
 
 
 @pytest.mark.parametrize("shape", [(300, 300), (7, 400)])
@@ -62,7 +78,7 @@ def test_a_few_points_at_edges_fly_behind_the_object():
 def test_the_table_never_takes_more_than_two_fifths(height):
     cuts = []
     for seed in range(200):
-        sensor = Kinect.draw(rng(seed), height, 0.0013)
+        sensor = Kinect.draw(rng(seed), height, 0.001)
         cuts.append(sensor.table_cut(rng(seed)))
         assert 0 <= cuts[-1] <= 0.4 * height
     assert np.median(cuts) == pytest.approx(min(0.0075, 0.4 * height), rel=0.25)
@@ -73,7 +89,7 @@ def test_the_table_never_takes_more_than_two_fifths(height):
 def test_a_kinects_view_of_an_object():
     session = simulate("coffee_mug", instance=2, views=8, sensor="kinect")
     plain = simulate("coffee_mug", instance=2, views=8, distance=0.72, focal=570)
-    assert session.info.sensor == "virtual Kinect"
+    assert session.info.sensor == "virtual Kinect (0.72 m, 570 pixels, 1 mm, seed 0)"
     height = objects.build("coffee_mug", 2).bounds[1][2]
     for view, other in zip(session.views(), plain.views(), strict=True):
         assert view.points.dtype == np.float32
