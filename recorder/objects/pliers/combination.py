@@ -1,4 +1,4 @@
-"""Pliers lying flat, 15 to 20 cm long, jaws towards +x: two levers crossed at a rivet, grips of plastic."""
+"""Combination, needle-nose and flat pliers: two levers crossed at a rivet, grips of plastic."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ GRIPS = (RED, BLUE, YELLOW, GREEN, ORANGE, BLACK)
 JAWS = ((0.045, 0.0160, 0.0095), (0.062, 0.0150, 0.0044), (0.032, 0.0165, 0.0130))  # length, width at root and tip [m]
 
 
-def build(rng: np.random.Generator) -> Mesh:
+def combination(rng: np.random.Generator) -> Mesh:
     """Combination, needle-nose or flat pliers; instances differ in length, grips and opening."""
     length, root, tip = rng.uniform(0.90, 1.10, 3) * JAWS[rng.integers(len(JAWS))]
     opening_deg, handle, bow = rng.uniform((2, 0.122, 0.024), (26, 0.136, 0.030))
