@@ -22,7 +22,7 @@ from recorder.objects.solids import cylinder
 def candy_bar(rng: np.random.Generator) -> Mesh:
     """A bar with a small screen above twelve keys, thin or thick, straight or waisted, some with an antenna."""
     shell, trim = shell_colors(rng)
-    length, width, thickness = rng.uniform((0.098, 0.042, 0.009), (0.128, 0.054, 0.026))
+    length, width, thickness = rng.uniform((0.098, 0.042, 0.009), (0.138, 0.056, 0.029))
     corner, lower, upper = rng.uniform((0.005, 0.002, 0.0015), (0.45 * width, 0.009, 0.006))
     lower, upper = np.minimum((lower, upper), 0.45 * thickness)
     barrel, ends = rng.uniform((-0.05, 0), (0.06, 0.04))

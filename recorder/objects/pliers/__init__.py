@@ -5,4 +5,3 @@ from recorder.objects.pliers.combination import combination
 from recorder.objects.pliers.fixed import cutters, mini, needle_nose
 
 STYLES = (combination, slip_joint, needle_nose, cutters, tongue_and_groove, locking, mini)
-build = combination

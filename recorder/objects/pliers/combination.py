@@ -3,12 +3,9 @@
 import numpy as np
 
 from recorder.objects.mesh import Mesh, merge
+from recorder.objects.pliers.lever import BRIGHT, DARK, GRIPS, STEEL
 from recorder.objects.solids import box, cylinder, loft, rounded_rectangle, sweep
 
-STEEL, DARK, BRIGHT = (150, 154, 160), (92, 96, 104), (196, 198, 202)
-RED, BLUE, YELLOW, GREEN = (192, 46, 44), (44, 92, 168), (234, 192, 48), (66, 138, 84)
-ORANGE, BLACK = (228, 122, 40), (60, 62, 68)
-GRIPS = (RED, BLUE, YELLOW, GREEN, ORANGE, BLACK)
 JAWS = ((0.045, 0.0160, 0.0095), (0.062, 0.0150, 0.0044), (0.032, 0.0165, 0.0130))  # length, width at root and tip [m]
 
 
