@@ -74,7 +74,7 @@ def antenna(rng: np.random.Generator, reach: float) -> Mesh:
 
 
 def put_down(rng: np.random.Generator, phone: Mesh, thickness: float) -> Mesh:
-    """The phone as it comes to lie: mostly flat, at times on its face, propped up a little, leaning back or on an edge."""
+    """The phone as it comes to lie: mostly flat, at times on its face, propped up, leaning back or on an edge."""
     how = rng.random()
     if how < 0.55:
         return phone.turned("y", rng.uniform(0, 2))
