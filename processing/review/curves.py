@@ -13,6 +13,7 @@ from processing.review import entities
 ROUNDING = 1e-9  # smaller errors are those of the arithmetic: view {0} has no logarithm
 
 Value = tuple[str, float | None]  # a curve's entity, and its value at a view
+Style = tuple[entities.Color, str, float]  # colour, name, width
 
 
 def error_values(method: str, errors: ViewErrors) -> Iterator[Value]:
@@ -52,6 +53,11 @@ class Curves:
     def __init__(self, stream: rr.RecordingStream) -> None:
         self._stream = stream
         self._views: defaultdict[str, set[int]] = defaultdict(set)  # curve -> the views it has
+        self._styles: dict[str, Style] = {}  # of curves whose path does not tell it
+
+    def choose_styles(self, styles: Mapping[str, Style]) -> None:
+        """Sets how curves look whose path alone does not tell that."""
+        self._styles |= styles
 
     def add(self, view: int, values: Iterable[Value]) -> None:
         """Writes the values of a view, at the stream's current time."""
@@ -83,7 +89,7 @@ class Curves:
 
     def _style(self, path: str) -> None:
         if not self._views[path]:
-            color, name, width = entities.curve_style(path)
+            color, name, width = self._styles.get(path) or entities.curve_style(path)
             self._stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[width]), static=True)
 
 

@@ -34,10 +34,21 @@ FOOT_COLOR: Color = (70, 95, 165)
 TOP_COLOR: Color = (250, 240, 190)
 LABEL_COLOR: Color = (255, 235, 225)
 BACKGROUND: Color = (60, 62, 68)  # of 3D views in either theme: black plastic and white porcelain stand out
+ENTROPY_COLOR: Color = (140, 140, 140)
+# Of a model's categories in their order, then round again. A contrast of 3:1 on white and on black.
+_CATEGORY_COLORS: tuple[Color, ...] = (
+    (228, 62, 62), (0, 158, 70), (60, 130, 240), (160, 90, 220), (222, 120, 0),
+    (0, 156, 166), (140, 135, 0), (232, 80, 165), (130, 130, 140), (160, 105, 75),
+)  # fmt: skip
 _STAGE_COLORS: tuple[Color, ...] = (
     (208, 128, 0), (70, 140, 225), (0, 160, 112), (204, 121, 167), (140, 140, 140), (240, 90, 40), (150, 140, 30),
 )  # fmt: skip
 
+CLASSES = {
+    "alone": "Probability, each view alone [0 to 1]; categories that reach 5%",
+    "fused": "Probability, fused over the views so far [0 to 1]",
+    "entropy": "Entropy of the fused probabilities [nats]: 0 is certain",
+}
 ERRORS = {
     "translation_m": "Translation error [m]",
     "rotation_chordal": "Rotation error, chordal [0 to 2.83]",
@@ -99,6 +110,11 @@ def error_field(quantity: str) -> str:
     """The name in ViewErrors of an error's quantity: translation_m -> translation_error_m."""
     name, _, unit = quantity.rpartition("_")
     return f"{name}_error_{unit}"
+
+
+def category_color(number: int) -> Color:
+    """The colour of a model's category, by its number in the model's order."""
+    return _CATEGORY_COLORS[number % len(_CATEGORY_COLORS)]
 
 
 def curve_style(path: str) -> tuple[Color, str, float]:

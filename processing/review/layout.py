@@ -10,6 +10,7 @@ import rerun.blueprint as rrb
 
 from processing.review.entities import (
     BACKGROUND,
+    CLASSES,
     ERRORS,
     EVIDENCE,
     LOG_ERRORS,
@@ -76,7 +77,13 @@ class Scene:
 
 
 def lay_out(
-    methods: Sequence[str], has_truth: bool, scene: Scene | None, has_turntable: bool = False, has_mesh: bool = False
+    methods: Sequence[str],
+    has_truth: bool,
+    scene: Scene | None,
+    *,
+    has_turntable: bool = False,
+    has_mesh: bool = False,
+    categories: Sequence[str] = (),
 ) -> rrb.Blueprint:
     """The blueprint; `methods` from worst to best. Without ground truth the evidence takes the place of the errors."""
     eye = scene.eye() if scene else None
@@ -96,6 +103,7 @@ def lay_out(
         _evidence("Evidence", ("overlap", "rmse_m", "violations", "unseen", "misfit", "confidence")),
         _evidence("Support", _support(methods)),
         *([_turntable()] if has_turntable else []),
+        *([_classes(categories)] if categories else []),
         _timing(methods),
     ]
     return rrb.Blueprint(
@@ -189,6 +197,19 @@ def _support(methods: Sequence[str]) -> list[str]:
 def _turntable() -> rrb.Vertical:
     plots = [_curves(f"/turntable/{name}", title) for name, title in TURNTABLE.items()]
     return rrb.Vertical(*plots, name="Turntable")
+
+
+def _classes(categories: Sequence[str]) -> rrb.Vertical:
+    """What each view shows alone, and all so far together; one legend for both."""
+    share = rrb.ScalarAxis(range=(0.0, 1.05))
+    alone, fused = ([f"/classification/{path}{name}" for name in categories] for path in ("", "fused/"))
+    return rrb.Vertical(
+        _curves("/classification", CLASSES["alone"], alone, axis_y=share, plot_legend=rrb.Corner2D.LeftBottom),
+        _curves("/classification/fused", CLASSES["fused"], fused, axis_y=share),
+        _curves("/classification/entropy", CLASSES["entropy"]),
+        row_shares=[4, 4, 2],
+        name="Class",
+    )
 
 
 def _timing(methods: Sequence[str]) -> rrb.Vertical:

@@ -15,10 +15,11 @@ from processing.results.records import (
     MethodResult,
     Model,
     SessionResult,
+    ViewClassification,
     ViewEstimate,
     ViewResult,
 )
-from processing.review import entities, findings, marks, summary, tables
+from processing.review import classification, entities, findings, marks, summary, tables
 from processing.review.curves import Curves, error_values, evidence_values, timing_values, turntable_values
 from processing.review.edges import count_edges, strongest
 from processing.review.layout import Scene, lay_out
@@ -52,6 +53,7 @@ class SessionReview:
         self._truth = dict(truth or {})
         self._T_0_object: np.ndarray | None = None  # of the truth
         self._scene: Scene | None = None
+        self._categories: tuple[str, ...] = ()  # of what classifies the views
         self._samples: dict[int, np.ndarray] = {}  # view -> thinned cloud, for the views matched to it later
         self._stream = rr.RecordingStream(
             entities.APPLICATION_ID,
@@ -79,6 +81,8 @@ class SessionReview:
     def add_view(self, result: ViewResult) -> None:
         """Writes what is known of a view; what does not exist (an estimate, a truth, points) is left out."""
         self._set_time(result.view, result.stamp_ns)
+        if result.classification is not None:
+            self._log_classes(result.classification)
         if result.origin == result.view:
             self._set_scene(result)
         if self._T_0_object is not None and result.view in self._truth:
@@ -116,6 +120,8 @@ class SessionReview:
         if self._joint:
             held = count_edges(result.reconstruction["refined"].pairs).items()
             self._curves.complete({v: [("/evidence/edges/refined", float(count))] for v, count in held}, stamps_ns)
+        if (shown := result.classification) is not None:
+            self._curves.complete(classification.fused_values(shown), stamps_ns)
         if result.turntable is not None:
             of_view = {d.view: turntable_values(self._methods[-1], d) for d in result.turntable.deviations}
             self._curves.complete(of_view, stamps_ns)
@@ -124,17 +130,26 @@ class SessionReview:
             self._log_marked(f"/free/{number:02d}", *marks.draw_freedom(freedom, self._scene))
         if result.model is not None:
             self._log_model(result.model)
-        has_truth = self._T_0_object is not None
-        has_mesh = result.model is not None and result.model.mesh is not None
-        layout = lay_out(self._methods, has_truth, self._scene, result.turntable is not None, has_mesh)
+        layout = lay_out(
+            self._methods,
+            self._T_0_object is not None,
+            self._scene,
+            has_turntable=result.turntable is not None,
+            has_mesh=result.model is not None and result.model.mesh is not None,
+            categories=classification.shown_categories(shown, self._info.category) if shown else (),
+        )
         self._stream.send_blueprint(layout)
         self._log_text("/summary", summary.summarize(result, self._methods))
-        for view, level, text in findings.list_joint_findings(result):
+        for view, level, text in (*findings.list_joint_findings(result), *classification.list_dissent(result)):
             self._set_time(view, stamps_ns[view])
             self._stream.log("/log", rr.TextLog(text, level=level))
+            self._stream.flush()  # a chunk of one view: over a chunk of several the viewer mixes up the levels
         if stamps_ns:
             self._set_time(*list(stamps_ns.items())[-1])
         self._stream.log("/log", rr.TextLog(summary.conclude(result, self._methods[-1]), level=rr.TextLogLevel.INFO))
+        if shown is not None:
+            answer = classification.conclude(shown, self._info.category)
+            self._stream.log("/log", rr.TextLog(answer, level=rr.TextLogLevel.INFO))
         self._log_text("/table", tables.tabulate_views(result, self._methods))
         self._stream.flush()
 
@@ -153,7 +168,14 @@ class SessionReview:
         self._scene = Scene.around(origin.points, self._info.elevation_deg, self._info.sensor_origin)
         if origin.view in self._truth:
             self._T_0_object = poses.invert(self._truth[origin.view])
-        self._stream.send_blueprint(lay_out(self._coming, self._T_0_object is not None, self._scene))
+        layout = lay_out(self._coming, self._T_0_object is not None, self._scene, categories=self._categories)
+        self._stream.send_blueprint(layout)
+
+    def _log_classes(self, found: ViewClassification) -> None:
+        if not self._categories:
+            self._categories = tuple(found.probabilities)
+            self._curves.choose_styles(classification.choose_styles(self._categories, self._info.category))
+        self._curves.add(found.view, classification.probability_values(found))
 
     def _log_placed(self, method: str, estimate: ViewEstimate) -> None:
         """The frustum where a method puts it, with the status in words where that is not ok."""

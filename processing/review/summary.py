@@ -1,4 +1,4 @@
-"""A session's summary: what its best method places, what turned the object, what cannot be told, what is wrong."""
+"""A session's summary: what its best method places, what the object is, what turned it, what is unsure and wrong."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from processing.results.records import MethodResult, SessionResult, Turntable, TurntableDeviation, ViewEstimate
+from processing.review.classification import describe_classification
 from processing.review.edges import left_out, strongest
 from processing.review.findings import explain
 from processing.review.tables import tabulate_methods
@@ -48,6 +49,8 @@ def summarize(result: SessionResult, methods: Sequence[str]) -> str:
     best = methods[-1]
     found = result.reconstruction[best]
     lines = [f"## {result.info.name}", "", f"**{conclude(result, best)}**", "", *tabulate_methods(result, methods), ""]
+    if shown := describe_classification(result):
+        lines += [shown, ""]
     if result.turntable is not None:
         lines += [describe_turntable(result.turntable), ""]
     if free := describe_freedoms(found, _step_was_given(result)):

@@ -5,17 +5,19 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
+from processing.review.classification import describe_view
 from processing.review.edges import count_edges, strongest
 from processing.review.findings import observable_error
 from processing.review.wording import count, in_mm, number, percent
 
 
 def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:
-    """A row per view as a Markdown table: status, errors and evidence of the best method, the others' statuses."""
+    """A row per view as a Markdown table: status, category, errors, evidence by the best method, the others' status."""
     *lesser, best = methods
     pairs, edges = strongest(result.reconstruction[best].pairs), count_edges(result.reconstruction[best].pairs)
     statuses = {method: {v.view: v.status for v in result.reconstruction[method].views} for method in lesser}
     names = dict(zip(result.views_used, result.view_names, strict=True))
+    shown = {view.view: describe_view(view) for view in result.classification.views} if result.classification else {}
     rows = []
     for estimate in result.reconstruction[best].views:
         errors, pair = estimate.errors, pairs.get(estimate.view)
@@ -24,6 +26,7 @@ def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:
             [
                 f"{estimate.view}",
                 estimate.status,
+                shown.get(estimate.view, ""),
                 in_mm(errors.translation_error_m),
                 number(errors.rotation_error_chordal),
                 in_mm(errors.center_error_m),
@@ -39,7 +42,16 @@ def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:
                 names[estimate.view],
             ]
         )
-    header = ["view", "status", "translation [mm]", "chordal", "centre [mm]", "its pair [deg]", "observable [deg]"]
+    header = [
+        "view",
+        "status",
+        "shows",
+        "translation [mm]",
+        "chordal",
+        "centre [mm]",
+        "its pair [deg]",
+        "observable [deg]",
+    ]
     header += ["pairs", "overlap", "residual [mm]", "misfit", "in front"]
     header += ["points", "keypoints", "frames", "matches", "inliers", *lesser, "name"]
     return "\n".join([f"Status, errors and evidence of {best}.", "", *_markdown_table(header, rows)])
