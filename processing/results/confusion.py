@@ -1,0 +1,84 @@
+"""What a batch's recordings are taken for: confusion matrices counted from results folders, as CSV."""
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from processing.results.files import read_results
+from recorder.exceptions import UnwritableOutput
+
+UNKNOWN = "unknown"  # the row of what the model has no category for, the column of what it does not know
+FEWEST = 2  # recordings that make a batch
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a recording is, and what its views together are taken for."""
+
+    session: str
+    category: str  # as recorded
+    found: str  # a category of the model, or UNKNOWN
+    likeliest: str
+    probability: float  # of the likeliest
+    right: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Confusion:
+    """Counts of recordings and of views alone; row: true category, column: the one found; the last is UNKNOWN."""
+
+    names: tuple[str, ...]  # of the C rows and of the columns
+    sessions: np.ndarray  # (C, C), fused over a session's views
+    views: np.ndarray  # (C, C), each view alone
+    answers: tuple[Answer, ...]
+
+
+def count_confusion(folders: Sequence[Path]) -> Confusion | None:
+    """The confusion of the recordings in results folders whose category is known and which were classified.
+
+    None where they are fewer than FEWEST. What the model has no category for is in the row UNKNOWN.
+    """
+    results = [read_results(folder) for folder in sorted(folders)]
+    judged = [result for result in results if result["session"]["category"] and result["classification"]]
+    if len(judged) < FEWEST:
+        return None
+    categories = dict.fromkeys(name for result in judged for name in result["classification"]["categories"])
+    names = (*(name for name in categories if name != UNKNOWN), UNKNOWN)
+    sessions, views = np.zeros((2, len(names), len(names)), np.int64)
+    answers = []
+    for result in judged:
+        found, category = result["classification"], result["session"]["category"]
+        truth = category if category in found["categories"] else UNKNOWN
+        row, answer = names.index(truth), _answer(found)
+        sessions[row, names.index(answer)] += 1
+        for view in found["views"]:
+            views[row, names.index(_answer(view))] += 1
+        answers.append(
+            Answer(
+                result["session"]["name"], category, answer, found["likeliest"], found["probability"], answer == truth
+            )
+        )
+    return Confusion(names, sessions, views, tuple(answers))
+
+
+def write_csv(path: Path, found: Confusion) -> None:
+    """Both matrices as one table, a row per true category; whole or not at all. Raises UnwritableOutput."""
+    part = path.with_name(path.name + ".part")
+    try:
+        with part.open("w", newline="", encoding="utf-8") as stream:
+            table = csv.writer(stream, lineterminator="\n")
+            table.writerow(("counted", "true", *found.names))
+            for counted, counts in (("recordings", found.sessions), ("views", found.views)):
+                table.writerows((counted, name, *row) for name, row in zip(found.names, counts.tolist(), strict=True))
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise UnwritableOutput(path, f"cannot be written ({error.strerror})", "choose another place with -o") from None
+
+
+def _answer(found: Mapping[str, Any]) -> str:
+    return found["category"] if found["known"] else UNKNOWN

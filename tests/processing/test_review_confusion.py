@@ -1,0 +1,142 @@
+"""A batch's confusion: counted from results.json, with a row and a column for what is unknown; CSV and recording."""
+
+import csv
+import json
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rerun as rr
+from rerun.chunk import RrdReader
+
+from processing.results.confusion import Confusion, count_confusion, write_csv
+from processing.review.confusion import count_right, describe_confusion, write_confusion
+from recorder.exceptions import UnwritableOutput
+from tests import viewer
+
+CATEGORIES = ["bowl", "cap", "coffee_mug"]
+
+
+@pytest.fixture(autouse=True)
+def strict() -> Iterator[None]:
+    rr.set_strict_mode(True)
+    yield
+    rr.set_strict_mode(False)
+
+
+def write_results(
+    folder: Path, category: str | None, found: str | None, views: list[str | None], classified: bool = True
+) -> Path:
+    """A results folder of what counts; None is unknown."""
+    folder.mkdir(parents=True)
+    classification = {
+        "categories": CATEGORIES,
+        "category": found,
+        "likeliest": found or "bowl",
+        "known": found is not None,
+        "probability": 0.7,
+        "views": [{"category": view, "known": view is not None} for view in views],
+    }
+    content = {
+        "session": {"name": folder.name, "category": category},
+        "classification": classification if classified else None,
+    }
+    (folder / "results.json").write_text(json.dumps(content))
+    return folder
+
+
+@pytest.fixture
+def confusion(tmp_path) -> Confusion:
+    folders = [
+        write_results(tmp_path / "r" / "mug_1", "coffee_mug", "coffee_mug", ["coffee_mug", "bowl", None]),
+        write_results(tmp_path / "r" / "bowl_1", "bowl", "cap", ["cap", "cap", "bowl"]),
+        write_results(tmp_path / "r" / "bowl_2", "bowl", None, [None]),
+        write_results(tmp_path / "r" / "orange_1", "orange", "bowl", ["bowl", None]),
+        write_results(tmp_path / "r" / "banana_1", "banana", None, [None, None]),
+        write_results(tmp_path / "r" / "unlabelled", None, "cap", ["cap"]),
+        write_results(tmp_path / "r" / "unclassified", "cap", None, [], classified=False),
+    ]
+    return count_confusion(folders)
+
+
+def test_counts_of_recordings_and_of_views(confusion):
+    assert confusion.names == ("bowl", "cap", "coffee_mug", "unknown")
+    assert confusion.sessions.tolist() == [[0, 1, 0, 1], [0, 0, 0, 0], [0, 0, 1, 0], [1, 0, 0, 1]]
+    assert confusion.views.tolist() == [[1, 2, 0, 1], [0, 0, 0, 0], [1, 0, 1, 1], [1, 0, 0, 3]]
+    assert [answer.session for answer in confusion.answers if answer.right] == ["banana_1", "mug_1"]
+
+
+def test_one_labelled_recording_is_no_batch(tmp_path):
+    one = write_results(tmp_path / "a", "bowl", "bowl", ["bowl"])
+    other = write_results(tmp_path / "b", None, "bowl", ["bowl"])
+    assert count_confusion([one, other]) is None
+    assert count_confusion([]) is None
+
+
+def test_the_order_of_the_folders_does_not_count(tmp_path):
+    folders = [write_results(tmp_path / name, "bowl", "bowl", ["bowl"]) for name in ("b", "a")]
+    assert [a.session for a in count_confusion(folders).answers] == ["a", "b"]
+
+
+def test_csv_reads_back_equal(confusion, tmp_path):
+    write_csv(tmp_path / "confusion.csv", confusion)
+    with (tmp_path / "confusion.csv").open() as stream:
+        header, *rows = csv.reader(stream)
+    assert header == ["counted", "true", *confusion.names]
+    assert [row[:2] for row in rows] == [[c, n] for c in ("recordings", "views") for n in confusion.names]
+    counts = np.array([[int(cell) for cell in row[2:]] for row in rows])
+    assert np.array_equal(counts, np.concatenate([confusion.sessions, confusion.views]))
+
+
+def test_words_name_the_recordings_that_are_wrong(confusion):
+    assert count_right(confusion) == "Right: 2 of 5 recordings (40.0%), 5 of 11 views alone (45.5%)."
+    words = describe_confusion(confusion)
+    assert "| bowl_1 | bowl | cap | cap 70% |" in words
+    assert "| bowl_2 | bowl | unknown | bowl 70% |" in words
+    assert "| orange_1 | orange | bowl | bowl 70% |" in words
+    assert "banana_1" not in words
+
+
+def test_recording_has_the_numbers_and_names(confusion, tmp_path):
+    path = tmp_path / "confusion.rrd"
+    write_confusion(path, confusion)
+    labels = {}
+    for chunk in RrdReader(path).stream().filter(content="/confusion/**"):
+        batch = chunk.to_record_batch()
+        if "Points2D:labels" in batch.schema.names:
+            labels[chunk.entity_path] = batch.column("Points2D:labels").to_pylist()[0]
+    assert labels["/confusion/sessions/numbers"] == ["1"] * 5
+    assert labels["/confusion/views/numbers"] == ["1", "2", "1", "1", "1", "1", "1", "3"]
+    names = ["bowl", "cap", "coffee mug", "unknown", "bowl", "cap", "coffee\nmug", "unknown"]
+    assert labels["/confusion/sessions/names"] == labels["/confusion/views/names"] == names
+    assert subprocess.run([viewer.RERUN, "rrd", "verify", path], capture_output=True).returncode == 0
+    assert len(RrdReader(path).blueprints()) == 1
+
+
+def test_the_same_confusion_gives_the_same_recording(confusion, tmp_path):
+    for name in ("a.rrd", "b.rrd"):
+        write_confusion(tmp_path / name, confusion)
+    compared = subprocess.run([viewer.RERUN, "rrd", "compare", tmp_path / "a.rrd", tmp_path / "b.rrd"])
+    assert compared.returncode == 0
+
+
+@pytest.mark.parametrize("write", [write_csv, write_confusion])
+def test_a_place_that_cannot_be_written_is_left_as_it_is(write, confusion, tmp_path):
+    with pytest.raises(UnwritableOutput, match="cannot be written"):
+        write(tmp_path / "nowhere" / "confusion", confusion)
+    (tmp_path / "taken").mkdir()
+    with pytest.raises(UnwritableOutput, match="cannot be written"):
+        write(tmp_path / "taken", confusion)
+    assert not [path.name for path in tmp_path.iterdir() if path.name.endswith(".part")]
+
+
+def test_viewer_draws_everything(confusion, tmp_path):
+    write_confusion(tmp_path / "confusion.rrd", confusion)
+    try:
+        with viewer.open_viewer(tmp_path / "confusion.rrd", size="960x540") as client:
+            assert len(client.get_state().views) == 3
+            assert viewer.find_reports(client) == []
+    except viewer.NoViewer as reason:
+        pytest.skip(str(reason))
