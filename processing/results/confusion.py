@@ -65,6 +65,18 @@ def count_confusion(folders: Sequence[Path]) -> Confusion | None:
     return Confusion(names, sessions, views, tuple(answers))
 
 
+def tabulate(found: Confusion) -> list[tuple[str, str, str, str]]:
+    """A row per true category that occurs: its name, recordings right, views right, what recordings are taken for."""
+    rows = []
+    for i, name in enumerate(found.names):
+        if total := int(found.sessions[i].sum()):
+            wrong = [(int(n), other) for n, other in zip(found.sessions[i], found.names, strict=True) if other != name]
+            taken = ", ".join(f"{other} {n}" for n, other in sorted(wrong, key=lambda w: -w[0]) if n)
+            views = found.views[i, i] / max(found.views[i].sum(), 1)
+            rows.append((name, f"{found.sessions[i, i]} of {total}", f"{views:.1%}", taken))
+    return rows
+
+
 def write_csv(path: Path, found: Confusion) -> None:
     """Both matrices as one table, a row per true category; whole or not at all. Raises UnwritableOutput."""
     part = path.with_name(path.name + ".part")

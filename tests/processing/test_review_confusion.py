@@ -11,7 +11,9 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
-from processing.results.confusion import Confusion, count_confusion, write_csv
+from processing import cli
+from processing.batch import Outcome
+from processing.results.confusion import Confusion, count_confusion, tabulate, write_csv
 from processing.review.confusion import count_right, describe_confusion, write_confusion
 from recorder.exceptions import UnwritableOutput
 from tests import viewer
@@ -99,6 +101,14 @@ def test_words_name_the_recordings_that_are_wrong(confusion):
     assert "banana_1" not in words
 
 
+def test_the_printed_table_has_a_row_for_each_category_that_occurs(confusion):
+    assert tabulate(confusion) == [
+        ("bowl", "0 of 2", "25.0%", "cap 1, unknown 1"),
+        ("coffee_mug", "1 of 1", "33.3%", ""),
+        ("unknown", "1 of 2", "75.0%", "bowl 1"),
+    ]
+
+
 def test_recording_has_the_numbers_and_names(confusion, tmp_path):
     path = tmp_path / "confusion.rrd"
     write_confusion(path, confusion)
@@ -130,6 +140,18 @@ def test_a_place_that_cannot_be_written_is_left_as_it_is(write, confusion, tmp_p
     with pytest.raises(UnwritableOutput, match="cannot be written"):
         write(tmp_path / "taken", confusion)
     assert not [path.name for path in tmp_path.iterdir() if path.name.endswith(".part")]
+
+
+def test_the_command_writes_and_prints_it_for_several_recordings_only(confusion, tmp_path, capsys):
+    outcomes = [Outcome(Path("x.mcap"), folder, "done") for folder in sorted((tmp_path / "r").iterdir())]
+    cli._report_confusion(outcomes[:1], tmp_path)
+    assert capsys.readouterr().out == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["r"]
+    cli._report_confusion(outcomes, tmp_path)
+    printed = capsys.readouterr().out
+    assert "coffee_mug" in printed
+    assert "Right: 2 of 5 recordings (40.0%)" in printed
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["confusion.csv", "confusion.rrd", "r"]
 
 
 def test_viewer_draws_everything(confusion, tmp_path):
