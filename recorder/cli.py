@@ -136,7 +136,8 @@ def simulate(
         str,
         typer.Argument(
             metavar="OBJECT|MESH|corpus|others",
-            help="robot, bin, statue, helicopter, vacuum_cleaner, bowl, cap, coffee_mug, pliers, water_bottle "
+            help="robot, bin, statue, helicopter, vacuum_cleaner, apple, bell_pepper, bowl, cap, cell_phone, "
+            "coffee_mug, dry_battery, notebook, pliers, water_bottle, other things such as banana or keyboard, "
             "or a mesh file; corpus: all instances of the thesis's ten categories; others: other things.",
         ),
     ],

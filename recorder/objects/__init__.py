@@ -3,6 +3,8 @@
 The object's frame: z up, standing on z = 0, its bounding box centred on the z axis, its front towards +x. A module
 per object builds it from a random generator; `build` places it in that frame. Where a module has `STYLES`, a tuple of
 builders, the instances take them in turn: with n styles, instances 1, 1 + n, 1 + 2n, ... are of the first.
+
+CATEGORIES are what the classifier tells apart, OTHERS what it must not take for one of them.
 """
 
 import numpy as np
@@ -19,6 +21,7 @@ from recorder.objects import (
     dry_battery,
     helicopter,
     notebook,
+    others,
     pliers,
     robot,
     statue,
@@ -27,6 +30,19 @@ from recorder.objects import (
 )
 from recorder.objects.mesh import Mesh
 
+CATEGORIES = (
+    "apple",
+    "bell_pepper",
+    "bowl",
+    "cap",
+    "cell_phone",
+    "coffee_mug",
+    "dry_battery",
+    "notebook",
+    "pliers",
+    "water_bottle",
+)
+OTHERS = tuple(builder.__name__ for builder in others.BUILDERS)
 _STYLES = {
     module.__name__.rpartition(".")[2]: getattr(module, "STYLES", None) or (module.build,)
     for module in (
@@ -46,7 +62,7 @@ _STYLES = {
         bell_pepper,
         dry_battery,
     )
-}
+} | {builder.__name__: (builder,) for builder in others.BUILDERS}
 
 
 def names() -> tuple[str, ...]:
