@@ -62,9 +62,10 @@ def cereal_box(rng: np.random.Generator) -> Mesh:
     if rng.random() < 0.3:
         depth, width, height = rng.uniform((0.06, 0.08, 0.08), (0.09, 0.15, 0.14))
     color, trim, third = colors(rng, 3)
-    body = carton(depth, width, height, rng.uniform(0, 0.004))
+    bulge = rng.uniform(0, 0.003)
+    body = carton(depth, width, height, bulge)
     picture = rng.uniform(0.35, 0.7, 2) * (width, height)
-    panels = box(depth + 0.0050, picture[0], picture[1]).moved(z=rng.uniform(0.05, 0.25) * height)
+    panels = box(depth + 2 * bulge + 0.0010, picture[0], picture[1]).moved(z=rng.uniform(0.05, 0.25) * height)
     parts = [body.painted(color), panels.painted(trim)]
     if rng.random() < 0.4:
         for side in (-1, 1):
