@@ -1,6 +1,7 @@
 """The recorder's commands: convert, simulate, info, check. Each parses, calls the library and prints."""
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -13,7 +14,8 @@ import typer
 from recorder.exceptions import InvalidOption, InvalidPose, ScanError, UnreadableCloud
 
 if TYPE_CHECKING:
-    from recorder.session import Session
+    from recorder.check import Finding
+    from recorder.session import Session, SessionInfo, View
 
 Item = TypeVar("Item")
 INFO_VIEWS = "9"  # views that `info` measures
@@ -72,9 +74,20 @@ def convert(
         str | None,
         typer.Option(metavar="X,Y,Z|unknown", help="The sensor in a cloud's own units and axes. Default: 0,0,0."),
     ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z", help="Which named columns of a text file are x, y, z. Else recognised."),
+    ] = None,
     category: Annotated[str | None, typer.Option(help="What the object is, such as coffee_mug.")] = None,
     instance: Annotated[str | None, typer.Option(help="Which one of its category.")] = None,
     name: Annotated[str | None, typer.Option(help="The session's name. Default: that of the output or source.")] = None,
+    categories_from_folders: Annotated[
+        bool,
+        typer.Option(
+            "--categories-from-folders",
+            help="SOURCE is a folder of folders named by category; each cloud below becomes a recording.",
+        ),
+    ] = False,
 ) -> None:
     """Convert captured scans into recordings, one per session.
 
@@ -87,6 +100,7 @@ def convert(
       orbitscan convert scans/ -o mug.mcap --poses poses.tum --units mm
       orbitscan convert bunny/bun.conf -o bunny.mcap
       orbitscan convert rgbd-dataset/ -o recordings/
+      orbitscan convert lidar/ -o recordings/ --categories-from-folders --axes LUF --scale 0.2
     """
     from recorder import mcap_file
     from recorder.check import check as find
@@ -103,15 +117,21 @@ def convert(
         axes=axes,
         pose_axes=pose_axes,
         sensor_origin=_parse_origin(sensor_origin),
+        columns=_parse_columns(columns),
         category=category,
         instance=instance,
         name=name,
+        categories_from_folders=categories_from_folders or None,
     )
     sessions = open_capture(source, options)
     if output.suffix == ".mcap" and len(sessions) > 1:
         raise InvalidOption(
             f"-o {output}", f"{source} holds {len(sessions)} sessions", "give a folder, such as -o recordings"
         )
+    if categories_from_folders:
+        failed = _record_collection(sessions, output)
+        print(f"next: orbitscan train {output} -o model.pt")
+        raise typer.Exit(1 if failed else 0)
     failed = False
     for session in sessions:
         path, session = _place(session, output, name)
@@ -349,6 +369,54 @@ def _write(session: "Session", path: Path) -> None:
         mcap_file.write(replace(session, load=load), path)
     count = len(session.names)
     print(f"{path}: {count} view{'s' if count != 1 else ''}")
+
+
+def _record_collection(sessions: Sequence["Session"], output: Path) -> bool:
+    """Whether something failed; prints what did, how many each category has, and which option mends them all."""
+    from recorder import mcap_file
+
+    recorded = []
+    for session in progress(sessions, len(sessions), "Converting"):
+        path, session = _place(session, output, None)
+        try:
+            mcap_file.write(session, path)
+        except UnreadableCloud as error:
+            _complain(error)
+            continue
+        recorded.append((path, session.info))
+    counts = sorted(Counter(info.category for _, info in recorded).items())
+    each = ", ".join(f"{category} {count}" for category, count in counts)
+    print(f"{output}: {len(recorded)} recordings" + (f" ({each})" if each else ""))
+    findings = _check_as_one(recorded)
+    for finding in findings:
+        print(f"  {finding}")
+    return len(recorded) < len(sessions) or bool(findings)
+
+
+def _check_as_one(recorded: Sequence[tuple[Path, "SessionInfo"]]) -> list["Finding"]:
+    """What an option of `convert` would mend in recordings of a view each: axes and sizes are those of most."""
+    from recorder import mcap_file
+    from recorder.check import check as find
+    from recorder.session import Session
+
+    if not recorded:
+        return []
+
+    def load(index: int) -> "View":
+        return replace(mcap_file.read(recorded[index][0]).load(0), index=index)
+
+    names = tuple(info.name for _, info in recorded)
+    findings = find(Session(replace(recorded[0][1], views=len(names)), names, load))
+    return [finding for finding in findings if finding.severity == "problem" and "--" in finding.remedy]
+
+
+def _parse_columns(text: str | None) -> tuple[str, str, str] | None:
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    if len(set(names)) != 3 or len(names) != 3 or "" in names:
+        raise InvalidOption(f"--columns {text}", "no three names", "write those of x, y and z, such as px,py,pz")
+    return names[0], names[1], names[2]
 
 
 def _parse_origin(text: str | None) -> tuple[float, float, float] | Literal["unknown"] | None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from recorder.exceptions import UnknownFormat
 from recorder.session import Session
-from recorder.sources import clouds, pose_file, stanford, washington
+from recorder.sources import clouds, collection, pose_file, stanford, washington
 from recorder.sources.options import CaptureOptions
 
 FORMATS = {"clouds": clouds, "stanford": stanford, "washington": washington}
@@ -30,6 +30,8 @@ def open_capture(path: Path, options: CaptureOptions | None = None) -> list[Sess
         raise UnknownFormat(path, "no such file or folder", _CHOICES)
     if options.format is not None and options.format not in FORMATS:
         raise UnknownFormat(f"--format {options.format}", "no format that is known", f"give {', '.join(FORMATS)}")
+    if options.categories_from_folders and options.format in (None, "clouds"):
+        return collection.sessions(path, options)
     return FORMATS[options.format or recognise(path, options)].sessions(path, options)
 
 
@@ -46,7 +48,8 @@ def recognise(path: Path, options: CaptureOptions) -> str:
         raise UnknownFormat(path, f"could be {' or '.join(fitting)}", f"pass --format {' or --format '.join(fitting)}")
     if path.suffix.lower() in _OTHERS and path.is_file():
         raise UnknownFormat(path, *_OTHERS[path.suffix.lower()])
-    if path.is_dir() and (folders := [f.name for f in sorted(path.iterdir()) if f.is_dir() and clouds.recognises(f)]):
+    if path.is_dir() and (folders := list(dict.fromkeys(item.folders[0] for item in collection.find_tree(path)))):
         some = ", ".join(folders[:3]) + (", ..." if len(folders) > 3 else "")
-        raise UnknownFormat(path, f"holds no cloud itself, but its folders do ({some})", "convert them one by one")
+        remedy = "pass --categories-from-folders where these are categories, else convert them one by one"
+        raise UnknownFormat(path, f"holds no cloud itself, but its folders do ({some})", remedy)
     raise UnknownFormat(path, "holds no captured scan that is recognised", _CHOICES)

@@ -9,17 +9,22 @@ from pathlib import Path
 
 import numpy as np
 
-from recorder.exceptions import UnreadableCloud
+from recorder.exceptions import InvalidOption, UnreadableCloud
 from recorder.sources import pcd_file, ply_file
 from recorder.sources.point_table import RGB_FIELDS, read_numbers, split_columns
 
+Columns = tuple[str, str, str]  # the names of those that hold x, y and z
+
 _REMEDY = "copy it again or leave it out"
+_NORMALS = ("n", "normal", "normal_", "normals_")  # what stands before x, y, z in the names of normals
 
 
-def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+def read(path: Path, columns: Columns | None = None) -> tuple[np.ndarray, np.ndarray | None]:
     """The points (N, 3) of a cloud file, in its own units and axes, NaN as found, and their colours (N, 3) uint8.
 
-    Raises UnreadableCloud for a file of another kind, one that is damaged, and one that holds less than it declares.
+    `columns` says which of a text file's named columns are x, y and z. Raises UnreadableCloud for a file of another
+    kind, one that is damaged, and one that holds less than it declares; InvalidOption where such columns are not
+    there, and where they are not said though several could be meant.
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -27,6 +32,10 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     try:
         if path.stat().st_size == 0:
             raise UnreadableCloud(path, "the file is empty", _REMEDY)
+        if reader is _read_text:
+            return _read_text(path, columns)
+        if columns is not None:
+            raise InvalidOption(f"--columns {','.join(columns)}", f"{path} is no text file", "leave it out")
         return reader(path)
     except OSError as error:
         raise UnreadableCloud(path, f"cannot be read ({error.strerror or error})", "check the file") from None
@@ -35,7 +44,7 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         raise UnreadableCloud(path, f"no readable {path.suffix[1:].upper()} cloud ({reason})", _REMEDY) from None
 
 
-def _read_text(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+def _read_text(path: Path, chosen: Columns | None = None) -> tuple[np.ndarray, np.ndarray | None]:
     """XYZ and CSV: x y z [r g b] separated by blanks, commas or semicolons; a line of names may say which columns."""
     lines = [line for line in path.read_text(errors="replace").splitlines() if line.strip()]
     start = next((i for i, line in enumerate(lines) if _is_point(line)), None)
@@ -43,13 +52,34 @@ def _read_text(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         raise ValueError("it holds no line of three numbers")
     separator = _separator(lines[start])
     columns = list(range(min(6, len(lines[start].split(separator)))))
-    if start > 0:
-        names = [word.strip(" \t\"'#/").lower() for word in lines[start - 1].split(separator)]
-        if {"x", "y", "z"} <= set(names):
-            colors = next((rgb for rgb in RGB_FIELDS if set(rgb) <= set(names)), ())
-            columns = [names.index(name) for name in ("x", "y", "z", *colors)]
+    head = lines[start - 1].split(separator) if start > 0 else []
+    names = [word.strip(" \t\"'#/\ufeff").lower() for word in head]
+    if axes := _choose_axes(path, names, chosen):
+        colors = next((rgb for rgb in RGB_FIELDS if set(rgb) <= set(names)), ())
+        columns = [names.index(name) for name in (*axes, *colors)]
     rows = [line for line in lines[start:] if not line.lstrip().startswith(("#", "//"))]
     return split_columns(read_numbers(rows, columns, separator))
+
+
+def _choose_axes(path: Path, names: list[str], chosen: Columns | None) -> Columns | None:
+    """The columns of x, y and z among the names of a file's columns; None where no names speak of them.
+
+    Where none are called x, y and z it is the one triple that differs in these letters only, normals left out.
+    """
+    if chosen is not None:
+        if missing := [name for name in chosen if name.lower() not in names]:
+            there = f"no column {missing[0]} among {', '.join(names)}" if names else "no line of column names"
+            raise InvalidOption(f"--columns {','.join(chosen)}", f"{path} has {there}", "name three that are there")
+        return tuple(name.lower() for name in chosen)
+    if {"x", "y", "z"} <= set(names):
+        return "x", "y", "z"
+    parts = [(name[:i], name[i + 1 :]) for name in names for i, letter in enumerate(name) if letter == "x"]
+    triples = [tuple(f"{before}{axis}{after}" for axis in "xyz") for before, after in parts if before not in _NORMALS]
+    found = [triple for triple in dict.fromkeys(triples) if set(triple) <= set(names)]
+    if len(found) > 1:
+        several = " and ".join(",".join(triple) for triple in found)
+        raise InvalidOption(path, f"may hold its points in {several}", f"pass --columns {','.join(found[0])}")
+    return found[0] if found else None
 
 
 def _separator(line: str) -> str | None:

@@ -56,19 +56,33 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
         category=options.category,
         instance=options.instance,
         source="clouds",
-        sensor_origin=_sensor_origin(options, conversion),
+        sensor_origin=sensor_origin(options, conversion),
         source_axes=conversion.axes,
         source_units=conversion.units,
         source_poses=conversion.pose_words if truth else "",
     )
-    return [Session(info, names, partial(load_view, files, stamps, conversion), lambda: truth)]
+    load = partial(load_view, files, stamps, conversion, columns=options.columns)
+    return [Session(info, names, load, lambda: truth)]
 
 
-def load_view(files: Sequence[Path], stamps_ns: Sequence[int], conversion: Conversion, index: int) -> View:
-    """View `index`, read from its file and brought into the view's frame; raises UnreadableCloud."""
+def load_view(
+    files: Sequence[Path],
+    stamps_ns: Sequence[int],
+    conversion: Conversion,
+    index: int,
+    columns: cloud_file.Columns | None = None,
+) -> View:
+    """View `index`, read from its file and brought into the view's frame; raises UnreadableCloud and InvalidOption."""
     file = files[index]
-    points, colors = cloud_file.read(file)
+    points, colors = cloud_file.read(file, columns)
     return View(index, file.stem, stamps_ns[index], conversion.points(points), colors)
+
+
+def sensor_origin(options: CaptureOptions, conversion: Conversion) -> tuple[float, float, float] | None:
+    """The sensor's position in the view's frame [m], at its origin where nothing is said; None where it is unknown."""
+    if options.sensor_origin == "unknown":
+        return None
+    return conversion.origin(options.sensor_origin or (0.0, 0.0, 0.0))
 
 
 def _listed_poses(path: Path, options: CaptureOptions) -> PoseFile | None:
@@ -103,9 +117,3 @@ def _assign(listed: PoseFile, files: Sequence[Path], conversion: Conversion) -> 
         for i, T in sorted(motions, key=lambda pair: pair[0])
         if T is not None
     }
-
-
-def _sensor_origin(options: CaptureOptions, conversion: Conversion) -> tuple[float, float, float] | None:
-    if options.sensor_origin == "unknown":
-        return None
-    return conversion.origin(options.sensor_origin or (0.0, 0.0, 0.0))

@@ -21,6 +21,8 @@ class CaptureOptions:
     axes: str | None = None
     pose_axes: str | None = None
     sensor_origin: tuple[float, float, float] | Literal["unknown"] | None = None  # in the points' units and axes
+    columns: tuple[str, str, str] | None = None  # the columns of a text file that hold x, y, z; else recognised
+    categories_from_folders: Literal[True] | None = None  # each cloud is an object, its category its folder's name
     category: str | None = None
     instance: str | None = None
     name: str | None = None

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -112,6 +113,88 @@ def test_a_session_that_fails_does_not_stop_the_others(orbitscan, tmp_path):
         "copy it again or leave it out\n"
     )
     assert sorted(path.name for path in (tmp_path / "w").iterdir()) == ["cap_1_1.mcap", "pen_1_1.mcap"]
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """Three labelled clouds of 40 points, 0.2 m wide and 1 m before the sensor, y up as a LiDAR has them."""
+    for i, stem in enumerate(("Mug/a", "Mug/deep/mug_2", "soup-bowl/b")):
+        path = tmp_path / "tree" / f"{stem}.csv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        points = np.random.default_rng(i).uniform(-0.1, 0.1, (40, 3)) + np.array([0, 0, 1])
+        np.savetxt(path, np.hstack([points, 0 * points]), delimiter=",", header="px,py,pz,qx,qy,qz", comments="")
+    return tmp_path / "tree"
+
+
+def test_convert_takes_categories_from_folders(orbitscan, tree):
+    command = "convert tree -o c --categories-from-folders --columns px,py,pz --axes LUF"
+    status, out, err = orbitscan(*command.split())
+    assert (status, err) == (0, "")
+    assert out == "c: 3 recordings (mug 2, soup_bowl 1)\nnext: orbitscan train c -o model.pt\n"
+    found = [mcap_file.read(path) for path in sorted((tree.parent / "c").iterdir())]
+    assert [(s.info.name, s.info.category, s.info.instance) for s in found] == [
+        ("mug_2", "mug", "mug_2"),
+        ("mug_a", "mug", "a"),
+        ("soup_bowl_b", "soup_bowl", "b"),
+    ]
+    written = np.loadtxt(tree / "soup-bowl" / "b.csv", delimiter=",", skiprows=1)[:, :3]
+    np.testing.assert_allclose(found[2].load(0).points, written * [-1, -1, 1], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "remedy"),
+    [("--scale 1000 --axes LUF", "pass --units mm if these are millimetres"), ("--axes RUB", "pass --axes")],
+)
+def test_a_collection_with_wrong_options_is_told_of_once(orbitscan, tree, options, remedy):
+    command = f"convert tree -o c --categories-from-folders --columns px,py,pz {options}"
+    status, out, _ = orbitscan(*command.split())
+    assert status == 1
+    assert out.count("problem: ") == out.count(remedy) == 1
+
+
+def test_a_cloud_of_a_collection_that_fails_does_not_stop_the_others(orbitscan, tree):
+    (tree / "Mug" / "a.csv").write_text("px,py,pz\n1,2\n")
+    command = "convert tree -o c --categories-from-folders --columns px,py,pz --axes LUF"
+    status, out, err = orbitscan(*command.split())
+    assert status == 1
+    assert err.startswith("orbitscan: error: tree/Mug/a.csv: no readable CSV cloud (")
+    assert err.count("\n") == 1
+    assert out.startswith("c: 2 recordings (mug 1, soup_bowl 1)\n")
+
+
+def test_many_small_recordings_are_written_quickly(orbitscan, tmp_path):
+    for i in range(200):
+        (tmp_path / "many" / f"c{i % 4}").mkdir(parents=True, exist_ok=True)
+        np.save(tmp_path / "many" / f"c{i % 4}" / f"{i}.npy", np.random.default_rng(i).normal(size=(500, 3)))
+    start = time.process_time()
+    assert orbitscan("convert", "many", "-o", "c", "--categories-from-folders", "--sensor-origin", "unknown")[0] == 0
+    assert time.process_time() - start < 200 * 0.02
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (
+            "convert tree -o x",
+            "tree: holds no cloud itself, but its folders do (Mug, soup-bowl); pass --categories-from-folders where",
+        ),
+        (
+            "convert tree -o x --categories-from-folders",
+            "tree/Mug/a.csv: may hold its points in px,py,pz and qx,qy,qz; pass --columns px,py,pz",
+        ),
+        ("convert tree -o x --columns px,py", "--columns px,py: no three names; write those of x, y and z"),
+        ("convert tree -o x --columns px,px,pz", "--columns px,px,pz: no three names; write those of x, y and z"),
+        ("convert tree -o x --categories-from-folders --columns px,py,up", "--columns px,py,up: tree/Mug/a.csv has no"),
+        ("convert tree -o x --categories-from-folders --poses p.txt", "--poses: is not for --categories-from-folders"),
+        ("convert tree -o x.mcap --categories-from-folders", "-o x.mcap: tree holds 3 sessions; give a folder, such"),
+    ],
+)
+def test_a_collection_that_cannot_be_converted_is_told_in_one_line(orbitscan, tree, arguments, sentence):
+    status, out, err = orbitscan(*arguments.split())
+    assert (status, out) == (2, "")
+    assert err.startswith(f"orbitscan: error: {sentence}")
+    assert err.count("\n") == 1
+    assert not list(tree.parent.rglob("*.mcap*"))
 
 
 @pytest.mark.parametrize(

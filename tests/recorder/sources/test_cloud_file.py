@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recorder.exceptions import UnreadableCloud
+from recorder.exceptions import InvalidOption, UnreadableCloud
 from recorder.sources import cloud_file, ply_file
 
 POINTS = np.array([[0.5, -1.25, 2], [np.nan, np.nan, np.nan], [1e-3, 2e-3, -3e-3], [7, 8, 9]], np.float32)
@@ -150,6 +150,52 @@ def test_text_with_colors(tmp_path, head):
     np.testing.assert_array_equal(colors, COLORS)
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        "id,origin_z,origin_y,origin_x",
+        "t,Pz,Py,Px",
+        "\ufeffid,z [m],y [m],x [m]",
+        "nx,z_1,y_1,x_1",
+        'what,"cz","cy","cx"',
+    ],
+)
+def test_the_one_triple_of_columns_is_taken(tmp_path, head):
+    rows = [f"9,{z},{y},{x}" for x, y, z in POINTS.tolist()]
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
+    np.testing.assert_allclose(cloud_file.read(tmp_path / "a.csv")[0], POINTS, rtol=1e-6)
+
+
+def test_normals_are_no_points_and_x_y_z_come_first(tmp_path):
+    (tmp_path / "a.csv").write_text("nx,ny,nz,px,py,pz\n1,2,3,4,5,6\n")
+    np.testing.assert_array_equal(cloud_file.read(tmp_path / "a.csv")[0], [[4, 5, 6]])
+    (tmp_path / "a.csv").write_text("cx,cy,cz,x,y,z\n1,2,3,4,5,6\n")
+    np.testing.assert_array_equal(cloud_file.read(tmp_path / "a.csv")[0], [[4, 5, 6]])
+
+
+def test_columns_are_said_where_several_could_be_meant(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("Cx,Cy,Cz,px,py,pz,red,green,blue\n1,2,3,4,5,6,70,80,90\n")
+    with pytest.raises(
+        InvalidOption, match=r"a\.csv: may hold its points in cx,cy,cz and px,py,pz; pass --columns cx,"
+    ):
+        cloud_file.read(path)
+    points, colors = cloud_file.read(path, ("px", "Cy", "pz"))
+    np.testing.assert_array_equal(points, [[4, 2, 6]])
+    np.testing.assert_array_equal(colors, [[70, 80, 90]])
+    with pytest.raises(InvalidOption, match=r"--columns px,py,up: .*a\.csv has no column up among cx, cy, cz, px, "):
+        cloud_file.read(path, ("px", "py", "up"))
+
+
+def test_columns_are_for_text_with_a_line_of_names(tmp_path):
+    (tmp_path / "a.xyz").write_text("1 2 3\n")
+    with pytest.raises(InvalidOption, match="has no line of column names"):
+        cloud_file.read(tmp_path / "a.xyz", ("px", "py", "pz"))
+    write_pcd(tmp_path / "a.pcd")
+    with pytest.raises(InvalidOption, match="is no text file; leave it out"):
+        cloud_file.read(tmp_path / "a.pcd", ("px", "py", "pz"))
+
+
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 @pytest.mark.parametrize("shape", [(4,), (2, 2)])
 def test_npy(tmp_path, kind, shape):
@@ -272,7 +318,10 @@ def test_real_scans_hold_what_they_declare(data):
     points, colors = cloud_file.read(data / "washington/rgbd-dataset/cap/cap_1/cap_1_1_1.pcd")
     assert (points.shape, colors.shape) == ((16776, 3), (16776, 3))
     np.testing.assert_array_equal(colors[0], [214, 202, 208])
-    points, _ = cloud_file.read(sorted((data / "lidarnet_v2/Car").glob("*.csv"))[0])
+    car = sorted((data / "lidarnet_v2/Car").glob("*.csv"))[0]
+    with pytest.raises(InvalidOption, match="origin_x,origin_y,origin_z and relative_x,relative_y,relative_z; pass"):
+        cloud_file.read(car)
+    points, _ = cloud_file.read(car, ("origin_x", "origin_y", "origin_z"))
     np.testing.assert_allclose(points[0], [41.8929, -4.90469, 3.06172])
 
 

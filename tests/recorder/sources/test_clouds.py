@@ -179,6 +179,13 @@ def test_options_that_mean_nothing_are_refused_before_a_file_is_read(folder, wro
         open_capture(folder, replace(CaptureOptions(poses=folder / "none.json"), **wrong))
 
 
+def test_columns_are_read_by_their_names(tmp_path):
+    for i in range(2):
+        (tmp_path / f"{i}.csv").write_text(f"ax,ay,az,bx,by,bz\n0,0,0,{i},2,3\n")
+    (session,) = open_capture(tmp_path, CaptureOptions(columns=("bx", "by", "bz")))
+    np.testing.assert_array_equal([view.points[0] for view in session.views()], [[0, 2, 3], [1, 2, 3]])
+
+
 def test_a_folder_without_clouds_is_refused(tmp_path):
     with pytest.raises(UnknownFormat, match="holds no cloud file"):
         clouds.sessions(tmp_path, CaptureOptions())

@@ -43,11 +43,11 @@ def test_a_conf_among_clouds_is_stanford_s_only_where_it_places_scans(tmp_path):
     assert open_capture(tmp_path)[0].info.source == "clouds"
 
 
-def test_a_tree_of_clouds_is_converted_folder_by_folder(tmp_path):
-    for name in ("bowl", "mug"):
-        (tmp_path / name).mkdir()
-        np.save(tmp_path / name / "a.npy", np.zeros((3, 3)))
-    with pytest.raises(UnknownFormat, match=r"its folders do \(bowl, mug\); convert them one by one"):
+def test_a_tree_of_clouds_may_be_a_collection(tmp_path):
+    for folder in (tmp_path / "bowl", tmp_path / "mug" / "red"):
+        folder.mkdir(parents=True)
+        np.save(folder / "a.npy", np.zeros((3, 3)))
+    with pytest.raises(UnknownFormat, match=r"its folders do \(bowl, mug\); pass --categories-from-folders where"):
         open_capture(tmp_path)
 
 
