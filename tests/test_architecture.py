@@ -10,6 +10,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "results.records",
     "features",
     "surface",
+    "classification",
     "reconstruction",
     "settings",
     "timing",
