@@ -6,10 +6,11 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numba
 
+from processing.classification import PACKAGED
 from processing.errors import with_errors
 from processing.pipeline import process
 from processing.results.files import (
@@ -26,6 +27,9 @@ from recorder import mcap_file
 from recorder.exceptions import InvalidOption, ScanError, UnreadableRecording, UnwritableOutput
 from recorder.session import Session
 
+if TYPE_CHECKING:
+    from processing.classification.classifier import Classifier
+
 
 @dataclass(frozen=True)
 class Job:
@@ -38,6 +42,7 @@ class Job:
     seed: int = 0
     overwrite: bool = False
     threads: int = 1
+    model: Path | None = PACKAGED  # None: nothing is classified
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,8 @@ def process_recording(path: Path, job: Job) -> Outcome:
     part = folder.with_name(folder.name + ".part")
     try:
         session = mcap_file.read(path)
-        key = make_key(input_sha256(path), job.views, job.methods, asdict(job.settings), job.seed)
+        model = input_sha256(job.model) if job.model else None
+        key = make_key(input_sha256(path), model, job.views, job.methods, asdict(job.settings), job.seed)
         known = read_key(folder)
         if known == key and not job.overwrite:
             return _finished(path, folder, "already done")
@@ -126,7 +132,8 @@ def _process_session(session: Session, path: Path, folder: Path, key: dict[str, 
     from processing.review.session import SessionReview  # slow to import
 
     truth = session.truth()
-    estimates = process(session.views(job.views), session.info, job.settings, job.methods, job.seed)
+    classifier = _load_classifier(job.model) if job.model else None
+    estimates = process(session.views(job.views), session.info, job.settings, job.methods, job.seed, classifier)
     with SessionReview(folder / "review.rrd", session.info, job.methods, truth) as review:
         for result in with_errors(estimates, truth):
             if isinstance(result, SessionResult):
@@ -134,6 +141,15 @@ def _process_session(session: Session, path: Path, folder: Path, key: dict[str, 
                 write_results(folder, result, key, path, session.damage, truth)
             else:
                 review.add_view(result)
+
+
+def _load_classifier(model: Path) -> "Classifier":
+    import torch
+
+    from processing.classification.classifier import Classifier  # slow to import
+
+    torch.set_num_threads(1)  # a sum in another order might differ in its last bit
+    return Classifier(model)
 
 
 def _finished(path: Path, folder: Path, message: str) -> Outcome:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from processing import model_cli
 from recorder import cli as recorder_cli
 from recorder.exceptions import InvalidOption
 
@@ -21,6 +22,7 @@ app = typer.Typer(
     add_completion=False,
 )
 recorder_cli.mount(app)
+model_cli.mount(app)
 
 _AMBIGUOUS = "the object looks the same from several sides; if you know the turntable's step, --step-deg settles it"
 _COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown
@@ -42,6 +44,9 @@ def process(
         str, typer.Option(help="Of icp, ransac_icp, pairwise, refined; with commas. Default: all.")
     ] = "",
     settings: Annotated[str, typer.Option(help="A TOML file, or 'thesis': its methods alone.")] = "",
+    model: Annotated[
+        str, typer.Option(metavar="MODEL.pt|none", help="What classifies the views. Default: the packaged one.")
+    ] = "",
     step_deg: Annotated[
         float | None,
         typer.Option(
@@ -66,7 +71,10 @@ def process(
 
     found = find_recordings(recordings)
     steps = _choose_settings(settings, step_deg, mesh)
-    job = _make_job(results, views, methods, settings == "thesis", steps, seed, overwrite, min(workers, len(found)))
+    job = replace(
+        _make_job(results, views, methods, settings == "thesis", steps, seed, overwrite, min(workers, len(found))),
+        model=_choose_model(model),
+    )
     _compile()
     outcomes = []
     for outcome in recorder_cli.progress(process_all(found, job, workers), len(found), "Processing"):
@@ -78,6 +86,7 @@ def process(
         outcomes.append(outcome)
     done = [outcome for outcome in outcomes if outcome.summaries]
     _print_errors(done)
+    _report_confusion(done, results)
     for outcome in done:
         if outcome.ambiguous_views:
             typer.echo(f"{outcome.folder.name}: {outcome.ambiguous_views} views are ambiguous: {_AMBIGUOUS}")
@@ -124,6 +133,18 @@ def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings
     return (
         replace(chosen, model=replace(chosen.model, mesh=replace(chosen.model.mesh, wanted=True))) if mesh else chosen
     )
+
+
+def _choose_model(name: str) -> Path | None:
+    """The file of the model that classifies; None for none. Raises InvalidOption where there is no such file."""
+    from processing.classification import PACKAGED
+
+    if name == "none":
+        return None
+    path = Path(name) if name else PACKAGED
+    if not path.is_file():
+        raise InvalidOption(f"--model {name}", "no such file", "name a model of 'orbitscan train', or 'none'")
+    return path
 
 
 def _make_job(
@@ -187,6 +208,30 @@ def _print_errors(outcomes: list["Outcome"]) -> None:
             table.add_row(name, method, *(_cell(summary[key], factor) for key, factor in _COLUMNS.values()))
     if outcomes:
         Console().print(table)
+
+
+def _report_confusion(outcomes: list["Outcome"], results: Path) -> None:
+    """Write and print what recordings whose category is known are taken for, where there are several."""
+    from processing.results.confusion import count_confusion, tabulate, write_csv
+
+    found = count_confusion([outcome.folder for outcome in outcomes])
+    if found is None:
+        return
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    from processing.review.confusion import count_right, write_confusion
+
+    write_csv(results / "confusion.csv", found)
+    write_confusion(results / "confusion.rrd", found)
+    table = Table(title="Categories", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for column in ("category", "recordings right", "views right", "taken for"):
+        table.add_column(column, overflow="fold")
+    for row in tabulate(found):
+        table.add_row(*row)
+    Console().print(table)
+    typer.echo(f"{count_right(found)} See {results / 'confusion.rrd'}")
 
 
 def _cell(value: Any, factor: float) -> str:

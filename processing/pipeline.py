@@ -1,11 +1,11 @@
-"""THE PAGE: the method of the thesis (chapter 4) and what we add to it, a named call for each step, in order.
+"""THE PAGE: the method of the thesis (chapters 3 and 4) and what we add to it, a named call for each step, in order.
 
 Views come without poses, and ground truth never enters here: `errors.with_errors` adds errors to what this yields.
 """
 
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,8 +29,11 @@ from processing.reconstruction.turntable import fit_turntable
 from processing.results.records import METHODS, PairEstimate, SessionResult, ViewRecord, ViewResult
 from processing.settings import Settings
 from processing.surface import Scale, choose_scale, prepare
-from processing.timing import Stopwatch, total
+from processing.timing import SESSION, Stopwatch, total
 from recorder.session import SessionInfo, View, Views
+
+if TYPE_CHECKING:
+    from processing.classification.classifier import Classifier
 
 _STREAMED = ("icp", "ransac_icp", "pairwise")  # place a view when it comes; `refined` begins where `pairwise` ends
 _USE_FEATURES = ("ransac_icp", "pairwise", "refined")
@@ -38,13 +41,18 @@ _RANSAC = 4  # the thesis's number of the step that draws at random, part of its
 
 
 def process(
-    views: Views, info: SessionInfo, settings: Settings | None = None, methods: Sequence[str] = METHODS, seed: int = 0
+    views: Views,
+    info: SessionInfo,
+    settings: Settings | None = None,
+    methods: Sequence[str] = METHODS,
+    seed: int = 0,
+    classifier: "Classifier | None" = None,
 ) -> Iterator[ViewResult | SessionResult]:
-    """A ViewResult per view as soon as it is placed, then exactly one SessionResult.
+    """A ViewResult per view as soon as it is classified and placed, then exactly one SessionResult.
 
-    The same input, settings and seed give the same numbers to the last bit, whatever the number of threads.
+    Without a classifier nothing is classified. The same input, settings and seed give the same numbers to the last
+    bit, whatever the number of threads.
     """
-    started = time.perf_counter()
     settings = settings or Settings()
     watch = Stopwatch()
     scale = choose_scale(views, settings.surface)
@@ -55,6 +63,8 @@ def process(
     records: list[ViewRecord] = []
     origin = None
     for view in views:
+        with watch("classification", SESSION):
+            shown = classifier.classify_view(view.index, view.points) if classifier else None  # (3.18) to (3.22)
         current = shelf.put(view)
         poses, pairs, found = {}, {}, {}
         for method, trajectory in trajectories.items():
@@ -79,6 +89,7 @@ def process(
             seconds=watch.lap(),
             origin=origin,
             damage=view.damage,
+            classification=shown,
         )
         records.append(ViewRecord.of(result))
         yield result
@@ -88,26 +99,22 @@ def process(
             reconstruction["refined"] = refine_jointly(
                 reconstruction["pairwise"], origin, shelf, steps.register_unguided, settings.pair, settings.graph
             )
-    joint = watch.lap()
     best = next((method for method in reversed(METHODS) if method in methods), None)
     placed = {v.view: v.T_0_i for v in reconstruction[best].views if v.status == "ok"} if best else {}
-    merging = time.perf_counter()
-    model = build_model(views, placed, best, scale, info.sensor_origin, settings.model)
-    ended = time.perf_counter()
-    yield SessionResult(
+    with watch("outlier_removal", SESSION):
+        model = build_model(views, placed, best, scale, info.sensor_origin, settings.model)
+    laps = [*(record.seconds for record in records), watch.lap()]
+    yield SessionResult.of(
+        records,
         info=info,
-        views_used=tuple(record.view for record in records),
-        view_names=tuple(record.name for record in records),
-        stamps_ns=tuple(record.stamp_ns for record in records),
         origin=origin,
+        classification=classifier.fuse([r.classification for r in records if r.classification]) if classifier else None,
         reconstruction={method: reconstruction[method] for method in METHODS if method in methods},
         model=model,
         turntable=fit_turntable(placed, settings.turntable),
-        seconds=total([*(record.seconds for record in records), joint], methods, ended - merging, ended - started),
+        seconds=total(laps, methods, watch.elapsed),
         settings=asdict(settings),
         seed=seed,
-        centroids={record.view: record.centroid for record in records if record.centroid},
-        unreadable={record.view: record.damage for record in records if record.damage},
     )
 
 
@@ -157,12 +164,7 @@ class _Steps:
         return max(reversed(attempts), key=lambda attempt: (order.get(attempt[0].status, 0), attempt[0].confidence))
 
     def register(
-        self,
-        method: str,
-        source: Prepared,
-        target: Prepared,
-        found: dict[Prepared, Matches],
-        previous: np.ndarray | None,
+        self, method: str, source: Prepared, target: Prepared, found: dict[Prepared, Matches], step: np.ndarray | None
     ) -> PairEstimate:
         """The pose of a pair by one method; `found` keeps the matches with a target for the method after it."""
         how = self.settings.pair
@@ -175,7 +177,7 @@ class _Steps:
             with self.watch("icp", method):
                 return register_consensus(source, target, found[target], how)
         with self.watch("refine", *self._users(("pairwise", "refined"))):
-            return register_competing(source, target, found[target], previous, how)
+            return register_competing(source, target, found[target], step, how)
 
     def register_unguided(self, source: Prepared, target: Prepared) -> PairEstimate:
         """Any two views, for the joint refinement alone."""

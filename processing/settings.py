@@ -3,7 +3,7 @@
 import tomllib
 from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -18,6 +18,7 @@ from processing.reconstruction.turntable import TurntableSettings
 from processing.surface import SurfaceSettings
 from recorder.exceptions import InvalidOption
 
+Kind = TypeVar("Kind")
 THESIS_METHODS = ("icp", "ransac_icp")  # `--settings thesis`: all else the thesis gives is the default already
 
 
@@ -36,7 +37,7 @@ class Settings:
     model: ModelSettings = field(default_factory=ModelSettings)
 
 
-def read_settings(path: Path) -> Settings:
+def read_settings(path: Path, kind: type[Kind] = Settings) -> Kind:
     """The settings of a TOML file, a table for each step (`[ransac]`, `[pair.refinement]`); what is absent is default.
 
     Raises InvalidOption for a file that cannot be read, an unknown key or a value of the wrong type.
@@ -49,11 +50,11 @@ def read_settings(path: Path) -> Settings:
         raise InvalidOption(
             path, f"is no TOML ({error})", "write lines such as '[ransac]' and 'tolerance = 3.0'"
         ) from None
-    if unknown := _unknown_keys(table, Settings(), ""):
+    if unknown := _unknown_keys(table, kind(), ""):
         key, known = unknown
         raise InvalidOption(path, f"there is no setting '{key}'", f"the settings there are {', '.join(known)}")
     try:
-        return TypeAdapter(Settings).validate_python(table)
+        return TypeAdapter(kind).validate_python(table)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+SESSION = "session"  # in a method's place: what is done once, whatever the methods
 STAGES = ("prepare", "keypoints", "descriptors", "matching", "ransac", "icp", "refine")
 
 
@@ -16,6 +17,7 @@ class Stopwatch:
     """
 
     def __init__(self) -> None:
+        self._started = time.perf_counter()
         self._inside: list[float] = []  # of each running stage, outermost first: seconds of finished stages inside it
         self._seconds: defaultdict[str, defaultdict[str, float]] = defaultdict(lambda: defaultdict(float))
 
@@ -34,6 +36,11 @@ class Stopwatch:
             for method in methods:
                 self._seconds[method][stage] += own
 
+    @property
+    def elapsed(self) -> float:
+        """Seconds since it was made."""
+        return time.perf_counter() - self._started
+
     def lap(self) -> dict[str, dict[str, float]]:
         """Method -> stage -> seconds since the last lap."""
         seconds = {method: dict(stages) for method, stages in self._seconds.items()}
@@ -41,13 +48,13 @@ class Stopwatch:
         return seconds
 
 
-def total(
-    laps: Sequence[Mapping[str, Mapping[str, float]]], methods: Sequence[str], outlier_removal: float, elapsed: float
-) -> dict[str, Any]:
-    """The content of timings.json: seconds per method and stage over all laps, of the model, and from start to end."""
-    sums = {
-        method: {stage: sum(lap.get(method, {}).get(stage, 0.0) for lap in laps) for stage in STAGES}
-        for method in methods
-    }
+def total(laps: Sequence[Mapping[str, Mapping[str, float]]], methods: Sequence[str], elapsed: float) -> dict[str, Any]:
+    """The content of timings.json: seconds per method and stage over all laps, of the session, and in all."""
+
+    def seconds(method: str, stage: str) -> float:
+        return sum(lap.get(method, {}).get(stage, 0.0) for lap in laps)
+
+    sums = {method: {stage: seconds(method, stage) for stage in STAGES} for method in methods}
     timings = {method: {**stages, "total": sum(stages.values())} for method, stages in sums.items()}
-    return {"methods": timings, "outlier_removal": outlier_removal, "total": elapsed}
+    of_session = {stage: seconds(SESSION, stage) for stage in ("outlier_removal", "classification")}
+    return {"methods": timings, **of_session, "total": elapsed}

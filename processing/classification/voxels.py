@@ -19,6 +19,8 @@ class VoxelSettings:
     values: Literal["counts", "occupancy", "density"] = "counts"  # thesis 3.1: the number of points in a voxel
     # `density` (not in the thesis): counts over their mean in the view's occupied voxels, so that a scan twice as fine
     # or a camera twice as near gives the same grid
+    trim: float = 0.0  # not in the thesis: the share of points, farthest from the centroid, that is left out: a single
+    # stray one would shrink all others into the middle of the grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,15 @@ class Clouds:
         """The view (N,) of every point."""
         numbers = torch.arange(len(self.lengths), device=self.lengths.device)
         return numbers.repeat_interleave(self.lengths, output_size=len(self.points))
+
+
+def trim(points: np.ndarray, share: float) -> np.ndarray:
+    """Points (N, 3) without the share of them that is farthest from their centroid."""
+    dropped = int(np.ceil(share * len(points)))
+    if dropped == 0 or dropped >= len(points):
+        return points
+    squares = ((points - points.mean(axis=0, dtype=np.float64)) ** 2).sum(axis=1)
+    return points[squares <= np.partition(squares, len(points) - dropped - 1)[len(points) - dropped - 1]]
 
 
 def pack(clouds: list[np.ndarray], device: torch.device | str = "cpu") -> Clouds:

@@ -16,6 +16,7 @@ from processing.results.records import (
     Freedom,
     MethodResult,
     PairEstimate,
+    SessionClassification,
     SessionResult,
     Turntable,
     ViewEstimate,
@@ -34,13 +35,13 @@ def input_sha256(path: Path) -> str:
 
 
 def make_key(
-    sha256: str, views: str, methods: tuple[str, ...], settings: Mapping[str, Any], seed: int
+    sha256: str, model: str | None, views: str, methods: tuple[str, ...], settings: Mapping[str, Any], seed: int
 ) -> dict[str, Any]:
     """What results depend on: a complete folder with the same key need not be made again."""
     key = {
         "orbitscan": version("orbitscan"),
         "input_sha256": sha256,
-        "model_sha256": None,
+        "model_sha256": model,
         "views": views,
         "methods": list(methods),
         "settings": settings,
@@ -116,7 +117,7 @@ def to_json(result: SessionResult, key: Mapping[str, Any], path: Path, damage: s
         "settings": dict(result.settings),
         "versions": {"orbitscan": version("orbitscan"), **{name: version(name) for name in _LIBRARIES}},
         "seed": result.seed,
-        "classification": None,
+        "classification": _classification_to_json(result.classification),
         "reconstruction": {name: _method_to_json(method) for name, method in result.reconstruction.items()},
         "turntable": _turntable_to_json(result.turntable),
         "model": None
@@ -181,6 +182,10 @@ def _pair_to_json(pair: PairEstimate) -> dict[str, Any]:
 
 def _freedom_to_json(freedom: Freedom) -> dict[str, Any]:
     return {"kind": freedom.kind, "axis": freedom.axis.tolist(), "point": freedom.point.tolist()}
+
+
+def _classification_to_json(found: SessionClassification | None) -> dict[str, Any] | None:
+    return None if found is None else asdict(found)
 
 
 def _turntable_to_json(turntable: Turntable | None) -> dict[str, Any] | None:

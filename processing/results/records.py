@@ -1,6 +1,6 @@
 """What processing says: a ViewResult per view as soon as it is known, then one SessionResult. All frozen."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, Self
 
@@ -131,6 +131,34 @@ class Centroid:
     mean: np.ndarray  # (3,) metres
 
 
+@dataclass(frozen=True)
+class ViewClassification:
+    """What one view shows; probabilities are among the model's categories, as if it were one of them."""
+
+    view: int  # recorded index
+    category: str | None  # None exactly when `known` is false
+    likeliest: str  # the most probable category all the same
+    known: bool  # whether the model knows such a thing at all
+    score: float  # of being known: the free energy of the logits of shape and size
+    probabilities: Mapping[str, float]
+    orientation: tuple[int, float] | None = None  # the run of the circle that is seen, and its probability
+
+
+@dataclass(frozen=True)
+class SessionClassification:
+    """What the views of a session show together, and each alone."""
+
+    model: str  # SHA-256 of its file
+    categories: tuple[str, ...]
+    category: str | None  # None exactly when `known` is false
+    likeliest: str
+    known: bool
+    probability: float  # of the likeliest, fused over all views
+    fused: tuple[Mapping[str, float], ...]  # probabilities after each view
+    entropy: tuple[float, ...]  # of them, in nats
+    views: tuple[ViewClassification, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class ViewResult:
     """All that is known of one view the moment it is placed; heavy, dropped by the reader after use."""
@@ -147,6 +175,7 @@ class ViewResult:
     seconds: Mapping[str, Mapping[str, float]]  # method -> stage -> seconds
     origin: int | None = None  # the recorded index of the view whose frame is {0}; None before there is one
     damage: str | None = None  # why the recorded cloud could not be read
+    classification: ViewClassification | None = None  # None without a model, or without points
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,13 +188,22 @@ class ViewRecord:
     centroid: Centroid | None  # None for a view without points
     damage: str | None
     seconds: Mapping[str, Mapping[str, float]]
+    classification: ViewClassification | None
 
     @classmethod
     def of(cls, result: ViewResult) -> Self:
         """The record of a result."""
         points = result.points
         centroid = Centroid(len(points), points.mean(axis=0, dtype=np.float64)) if len(points) else None
-        return cls(result.view, result.name, result.stamp_ns, centroid, result.damage, result.seconds)
+        return cls(
+            result.view,
+            result.name,
+            result.stamp_ns,
+            centroid,
+            result.damage,
+            result.seconds,
+            result.classification,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,6 +270,19 @@ class SessionResult:
     seed: int
     centroids: Mapping[int, Centroid]  # of the used views that have points, each in its own view's frame
     unreadable: Mapping[int, str] = field(default_factory=dict)  # view -> damage
+    classification: SessionClassification | None = None  # None without a model, or without points
+
+    @classmethod
+    def of(cls, records: Sequence[ViewRecord], **rest: Any) -> Self:
+        """The result of the views on record; `rest` are the fields that they do not tell."""
+        return cls(
+            views_used=tuple(record.view for record in records),
+            view_names=tuple(record.name for record in records),
+            stamps_ns=tuple(record.stamp_ns for record in records),
+            centroids={record.view: record.centroid for record in records if record.centroid},
+            unreadable={record.view: record.damage for record in records if record.damage},
+            **rest,
+        )
 
 
 def summarize(views: tuple[ViewEstimate, ...], origin: int | None) -> dict[str, Any]:

@@ -27,7 +27,8 @@ def test_stages_add_up_over_laps_and_a_lap_begins_anew():
         pass
     laps = [watch.lap(), watch.lap()]
     assert laps[1] == {}
-    sums = total([{"icp": {"icp": 1.0}}, {"icp": {"icp": 2.0, "prepare": 4.0}}], ("icp",), 0.5, 9.0)
+    laps = [{"icp": {"icp": 1.0}}, {"icp": {"icp": 2.0, "prepare": 4.0}, "session": {"outlier_removal": 0.5}}]
+    sums = total(laps, ("icp",), 9.0)
     assert sums["methods"]["icp"]["icp"] == 3.0
     assert sums["methods"]["icp"]["total"] == 7.0
-    assert (sums["outlier_removal"], sums["total"]) == (0.5, 9.0)
+    assert (sums["outlier_removal"], sums["classification"], sums["total"]) == (0.5, 0.0, 9.0)

@@ -1,13 +1,52 @@
 """What a network's weights are before it is trained (thesis 3.2.1 to 3.2.3)."""
 
-import numpy as np
+from collections.abc import Iterator
+from typing import Literal
 
+import numpy as np
+import torch
+
+from processing.classification.initialization import autoencoder, kmeans
 from processing.classification.labelled_views import LabelledViews
 from processing.classification.network import Network
-from processing.classification.voxels import VoxelSettings
+from processing.classification.voxels import VoxelSettings, voxel_grids
+
+Init = Literal["glorot", "dcae", "kmeans-pca", "kmeans-zca"]
+_BATCH = 64
 
 
 def initialise(
-    network: Network, init: str, views: LabelledViews, rows: np.ndarray, voxels: VoxelSettings, seed: int, device: str
+    network: Network,
+    init: Init,
+    views: LabelledViews,
+    rows: np.ndarray,
+    voxels: VoxelSettings,
+    *,
+    structure: str,
+    precision: Literal["float32", "bfloat16"] = "float32",
+    seed: int = 0,
+    device: str = "cpu",
 ) -> None:
-    """Give a Glorot network, in place, the first weights that `init` names, learnt from the chosen views unlabelled."""
+    """Give a Glorot network, in place, the first weights that `init` names, learnt from the chosen views unlabelled.
+
+    Raises InvalidOption where the structure has nothing to give them to.
+    """
+    if init == "dcae":
+        rng = np.random.default_rng(seed)
+
+        def batches() -> Iterator[torch.Tensor]:
+            order = rng.permutation(rows)
+            return (voxel_grids(views.clouds(chosen, device), voxels) for chosen in _cut(order))
+
+        shorthand = autoencoder.mirror(structure)
+        settings = autoencoder.AutoencoderSettings(bfloat16=precision == "bfloat16")
+        pretrained = autoencoder.pretrain(batches, settings, seed, device, shorthand, voxels.div)
+        autoencoder.hand_over(pretrained, network)
+    elif init != "glorot":
+        settings = kmeans.KMeansSettings(whitening=init.removeprefix("kmeans-"))
+        some = np.random.default_rng(seed).permutation(rows)[: settings.at_most]
+        kmeans.initialise(network, [views.cloud(row) for row in some], voxels, settings, seed)
+
+
+def _cut(rows: np.ndarray) -> list[np.ndarray]:
+    return np.array_split(rows, -(-len(rows) // _BATCH))

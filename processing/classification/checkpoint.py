@@ -1,0 +1,106 @@
+"""A trained model as one self-describing file: what classifies, what it was trained on, how well it did."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import torch
+from pydantic import TypeAdapter, ValidationError
+
+from processing.classification import PACKAGED
+from processing.classification.network import Network
+from processing.classification.voxels import VoxelSettings
+from recorder.exceptions import ScanError, UnwritableOutput
+
+FORMAT_VERSION = 1
+_REMEDY = "name a model made by 'orbitscan train'"
+
+
+class UnreadableModel(ScanError):
+    """A file that holds no model of this program."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What turns a network's logits into probabilities and into a score of being known; see `scores`."""
+
+    temperature: float = 1.0
+    threshold: float = -torch.inf  # a view whose score is below is unknown
+    fused_threshold: float = -torch.inf  # the same for the mean score of several views
+    size_means: tuple[float, ...] = ()  # of log(r / 1 m), a category each; empty: size does not count
+    size_deviations: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """A model, whole: `network()` builds it again."""
+
+    weights: dict[str, torch.Tensor]
+    structure: str
+    categories: tuple[str, ...]
+    voxels: VoxelSettings
+    orientations: tuple[int, ...]  # runs of a circle, per category; empty: no orientation head
+    calibration: Calibration
+    settings: dict[str, Any] = field(default_factory=dict)  # of the training
+    metrics: dict[str, Any] = field(default_factory=dict)
+    fingerprint: str = ""  # of the training data
+    seed: int = 0
+    format_version: int = FORMAT_VERSION
+
+    def network(self, device: torch.device | str = "cpu") -> Network:
+        """The network with its weights, ready to classify."""
+        network = Network(self.structure, len(self.categories), self.voxels.div, max(self.orientations, default=0))
+        network.load_state_dict({name: weight.float() for name, weight in self.weights.items()})
+        return network.to(device).eval()
+
+
+def save(checkpoint: Checkpoint, path: Path) -> None:
+    """Write a checkpoint, whole or not at all. Raises UnwritableOutput."""
+    content = {f.name: getattr(checkpoint, f.name) for f in fields(checkpoint)}
+    content |= {"voxels": asdict(checkpoint.voxels), "calibration": asdict(checkpoint.calibration)}
+    write(content, path)
+
+
+def write(content: dict[str, Any], path: Path) -> None:
+    """Write tensors and plain values, whole or not at all. Raises UnwritableOutput."""
+    part = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        torch.save(content, part)
+        part.replace(path)
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        raise UnwritableOutput(path, f"cannot be written ({reason})", "choose another place") from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def load(path: Path = PACKAGED) -> Checkpoint:
+    """The checkpoint in a file. Raises UnreadableModel.
+
+    Only tensors and plain values are read: a file cannot bring code along.
+    """
+    if not path.is_file():
+        raise UnreadableModel(path, "no such file", _REMEDY)
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+    except Exception as error:  # pickle, zip and torch have no common root
+        raise UnreadableModel(path, f"is damaged or no model ({type(error).__name__})", _REMEDY) from None
+    if not isinstance(content, dict) or {f.name for f in fields(Checkpoint)} - content.keys():
+        raise UnreadableModel(path, "is no model of orbitscan", _REMEDY)
+    if content["format_version"] != FORMAT_VERSION:
+        raise UnreadableModel(path, f"is of format {content['format_version']}, not {FORMAT_VERSION}", "train it anew")
+    try:
+        parts = {
+            "voxels": TypeAdapter(VoxelSettings).validate_python(content["voxels"]),
+            "calibration": TypeAdapter(Calibration).validate_python(content["calibration"]),
+            "categories": tuple(content["categories"]),
+            "orientations": tuple(content["orientations"]),
+        }
+        checkpoint = Checkpoint(**{f.name: content[f.name] for f in fields(Checkpoint)} | parts)
+        checkpoint.network()
+    except (RuntimeError, ScanError, ValidationError, TypeError, AttributeError, ValueError):
+        raise UnreadableModel(path, "its weights do not fit the structure it names", "train it anew") from None
+    return checkpoint

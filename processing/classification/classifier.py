@@ -1,0 +1,116 @@
+"""What a view shows, what a session's views show together, and whether the model knows it at all."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import torch
+from scipy.special import logsumexp, softmax
+
+from processing.classification import PACKAGED
+from processing.classification import checkpoint as files
+from processing.classification.calibration import joint_logits, log_probabilities, open_set_scores
+from processing.classification.checkpoint import Checkpoint
+from processing.classification.labelled_views import FEWEST_POINTS
+from processing.classification.voxels import bounding_spheres, pack, trim, voxel_grids
+from processing.results.records import SessionClassification, ViewClassification
+from recorder.cloud import finite
+
+DIGITS = 4  # of a probability: the same on every machine
+_BATCH = 256
+
+
+class Classifier:
+    """A trained model at work. Raises UnreadableModel for a file that holds none."""
+
+    def __init__(self, model: Path = PACKAGED, device: str = "cpu") -> None:
+        self.path = model
+        self.device = device
+        self.checkpoint: Checkpoint = files.load(model)
+        self.network = self.checkpoint.network(device)
+
+    @property
+    def categories(self) -> tuple[str, ...]:
+        """The categories it can tell apart."""
+        return self.checkpoint.categories
+
+    @cached_property
+    def sha256(self) -> str:
+        """The hash of the model's file."""
+        return hashlib.sha256(self.path.read_bytes()).hexdigest()
+
+    def classify_view(self, view: int, points: np.ndarray) -> ViewClassification | None:
+        """What one view's points (N, 3) [m] show; None where there are too few. A network run of its own."""
+        return self.classify_views([view], [points])[0]
+
+    def classify_views(self, views: Sequence[int], clouds: Sequence[np.ndarray]) -> list[ViewClassification | None]:
+        """What each of several views' points show; views are recorded indices."""
+        share = self.checkpoint.voxels.trim
+        kept = [(i, trim(finite(points)[0], share)) for i, points in enumerate(clouds)]
+        kept = [(i, points) for i, points in kept if len(points) >= FEWEST_POINTS]
+        results: list[ViewClassification | None] = [None] * len(clouds)
+        for start in range(0, len(kept), _BATCH):
+            batch = kept[start : start + _BATCH]
+            joint, sides = self._joint_logits([points for _, points in batch])
+            logs, scores = log_probabilities(joint, self.checkpoint.calibration), open_set_scores(joint)
+            for row, (i, _) in enumerate(batch):
+                results[i] = self._name(views[i], np.exp(logs[row]), float(scores[row]), sides[row])
+        return results
+
+    def fuse(self, views: Sequence[ViewClassification]) -> SessionClassification | None:
+        """What the views show together: the geometric mean of their probabilities, renormalised; None for no view.
+
+        The open-set score is the mean of theirs, against a threshold of its own.
+        """
+        if not views:
+            return None
+        logs = np.log([[max(v.probabilities[name], 10.0**-DIGITS / 2) for name in self.categories] for v in views])
+        means = np.cumsum(logs, axis=0) / np.arange(1, len(views) + 1)[:, None]
+        fused = np.exp(means - logsumexp(means, axis=1, keepdims=True))  # after each view
+        entropy = -(fused * np.log(np.maximum(fused, 1e-12))).sum(axis=1)
+        known = float(np.mean([view.score for view in views])) >= self.checkpoint.calibration.fused_threshold
+        best = int(fused[-1].argmax())
+        return SessionClassification(
+            model=self.sha256,
+            categories=self.categories,
+            category=self.categories[best] if known else None,
+            likeliest=self.categories[best],
+            known=known,
+            probability=round(float(fused[-1, best]), DIGITS),
+            fused=tuple(self._probabilities(row) for row in fused),
+            entropy=tuple(round(float(e), DIGITS) for e in entropy),
+            views=tuple(views),
+        )
+
+    @torch.inference_mode()
+    def _joint_logits(self, clouds: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray | None]]:
+        """Logits (B, C) of shape and size, and the orientation head's (B, m) where there is one."""
+        packed = pack(clouds, self.device)
+        logits, sides = self.network(voxel_grids(packed, self.checkpoint.voxels))
+        radii = bounding_spheres(packed)[1].double().cpu().numpy()
+        joint = joint_logits(logits.double().cpu().numpy(), radii, self.checkpoint.calibration)
+        return joint, [None] * len(clouds) if sides is None else list(sides.double().cpu().numpy())
+
+    def _name(self, view: int, probabilities: np.ndarray, score: float, sides: np.ndarray | None) -> ViewClassification:
+        best = int(probabilities.argmax())
+        known = score >= self.checkpoint.calibration.threshold
+        orientation = None
+        if sides is not None and self.checkpoint.orientations[best] > 1:
+            odds = softmax(sides[: self.checkpoint.orientations[best]])
+            orientation = (int(odds.argmax()), round(float(odds.max()), DIGITS))
+        return ViewClassification(
+            view=view,
+            category=self.categories[best] if known else None,
+            likeliest=self.categories[best],
+            known=known,
+            score=round(score, DIGITS),
+            probabilities=self._probabilities(probabilities),
+            orientation=orientation,
+        )
+
+    def _probabilities(self, row: np.ndarray) -> dict[str, float]:
+        return {name: round(float(p), DIGITS) for name, p in zip(self.categories, row, strict=True)}

@@ -1,0 +1,275 @@
+"""Training, top to bottom: labelled views in, an EpochRecord after each epoch, one Checkpoint out (thesis 3.2)."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch.nn import functional
+
+from processing.classification import checkpoint as files
+from processing.classification.augmentation import AugmentationSettings, augment
+from processing.classification.calibration import calibrate, joint_logits, log_probabilities, measure_sizes
+from processing.classification.checkpoint import Calibration, Checkpoint
+from processing.classification.initialization import Init, initialise
+from processing.classification.labelled_views import LabelledViews, Split
+from processing.classification.network import BODY, DROPOUT, Network
+from processing.classification.voxels import VoxelSettings, voxel_grids
+
+RUNS = {  # of a circle that the orientation head tells apart, thesis table 3.2
+    "apple": 1, "bell_pepper": 1, "bowl": 1, "cap": 6, "cell_phone": 6,
+    "coffee_mug": 4, "dry_battery": 4, "notebook": 4, "pliers": 6, "water_bottle": 1,
+}  # fmt: skip
+_EVALUATED = 2000  # training views at most that the training loss is measured on, in evaluation mode
+_BATCH = 256  # views at once where nothing is learnt
+
+
+@dataclass(frozen=True)
+class TrainingSettings:
+    """How a network is trained so that it holds on other sensors; `THESIS` is how the thesis does it."""
+
+    structure: str = ""  # empty: table 5.1's best, with a dense layer for the categories
+    epochs: int = 12
+    init: Init = "glorot"  # thesis 3.2.1 to 3.2.3
+    orientation: bool = False  # thesis 3.2.4: a second softmax for the side that is seen
+    runs: dict[str, int] = field(default_factory=lambda: dict(RUNS))  # thesis table 3.2; 1 for others
+    voxels: VoxelSettings = field(default_factory=lambda: VoxelSettings(values="density", trim=0.005))
+    augmentation: AugmentationSettings = field(
+        default_factory=lambda: AugmentationSettings(
+            turn_deg=180,
+            tilt_deg=15,
+            roll_deg=8,
+            level=0.2,
+            stretch=0.12,
+            crop=0.15,
+            occlusion=0.2,
+            thin=0.6,
+            noise=0.03,
+            strays=0.1,
+        )
+    )
+    # The rest is not in the thesis.
+    dropout: float = DROPOUT
+    batch: int = 64
+    learning_rate: float = 1e-3  # of Adam, falling to 0 as a half cosine
+    unknown_share: float = 0.5  # views of other things for each view of the categories, where there are any
+    size: bool = True  # the metric radius counts too
+    precision: Literal["float32", "bfloat16"] = "float32"
+
+
+THESIS = TrainingSettings(  # counts, 2 epochs (3 in the orientation study), no augmentation, the shape alone
+    epochs=2, voxels=VoxelSettings(), augmentation=AugmentationSettings(), size=False
+)
+
+
+@dataclass(frozen=True, eq=False)
+class EpochRecord:
+    """How the network does after an epoch; losses are categorical cross-entropies in evaluation mode."""
+
+    epoch: int  # from 1
+    train_loss: float
+    train_accuracy: float
+    validation_loss: float
+    validation_accuracy: float
+    confusion: tuple[tuple[int, ...], ...]  # validation views, row: true category, column: found one
+    views_per_second: float
+
+    @property
+    def overfitting(self) -> float:
+        """Validation loss minus training loss (thesis 5.1)."""
+        return self.validation_loss - self.train_loss
+
+
+def train(
+    views: LabelledViews,
+    split: Split,
+    settings: TrainingSettings | None = None,
+    *,
+    seed: int = 0,
+    device: str = "cpu",
+    state: Path | None = None,
+) -> Iterator[EpochRecord | Checkpoint]:
+    """An EpochRecord after each epoch, then the trained Checkpoint.
+
+    Views of category -1 teach what is none of the categories. `state` is a file for what is reached after each epoch:
+    begun again with the same data, settings and seed, training goes on from there (its records come first) and ends
+    with the same weights. Raises InvalidOption for a structure that does not fit, one category only, or no validation.
+    """
+    settings = settings or TrainingSettings()
+    structure = settings.structure or f"{BODY}-FC({len(views.names)})"
+    runs = tuple(settings.runs.get(name, 1) for name in views.names) if settings.orientation else ()
+    key = {"settings": asdict(settings), "seed": seed, "fingerprint": views.fingerprint, "split": _hash(split)}
+
+    torch.manual_seed(seed)
+    network = Network(structure, len(views.names), settings.voxels.div, max(runs, default=0), settings.dropout)
+    optimizer = torch.optim.Adam(network.to(device).parameters(), settings.learning_rate)
+    records = _resume(state, key, network, optimizer)
+    yield from records
+    if not records:
+        how = {"structure": structure, "precision": settings.precision, "seed": seed, "device": device}
+        initialise(network, settings.init, views, split.train, settings.voxels, **how)
+
+    known = split.train[views.categories[split.train] >= 0]
+    unknown = split.train[views.categories[split.train] < 0]
+    others = round(settings.unknown_share * len(known)) if len(unknown) else 0
+    batches = -(-(len(known) + others) // settings.batch)
+    for epoch in range(len(records), settings.epochs):
+        started = time.perf_counter()
+        torch.manual_seed(seed * 1000 + epoch)  # of dropout
+        generator = torch.Generator(device).manual_seed(seed * 1000 + epoch)
+        rng = np.random.default_rng((seed, epoch))
+        order = rng.permutation(np.concatenate([known, rng.choice(unknown, others) if others else unknown[:0]]))
+        network.train()
+        for step, rows in enumerate(np.array_split(order, batches), epoch * batches):
+            for group in optimizer.param_groups:
+                group["lr"] = settings.learning_rate * (0.5 + 0.5 * np.cos(np.pi * step / (batches * settings.epochs)))
+            clouds = augment(
+                views.clouds(rows, device),
+                torch.from_numpy(views.up[rows]).to(device),
+                settings.augmentation,
+                generator,
+            )
+            with torch.autocast(torch.device(device).type, torch.bfloat16, settings.precision == "bfloat16"):
+                logits, sides = network(voxel_grids(clouds, settings.voxels))
+            loss = classification_loss(logits.float(), views.categories[rows], open_set=others > 0)
+            if sides is not None:
+                loss = loss + orientation_loss(sides.float(), orientation_labels(views, rows, runs))
+            optimizer.zero_grad()
+            loss.backward()
+            optimizer.step()
+        seconds = time.perf_counter() - started
+        record = _evaluate_epoch(network, views, split, settings, epoch + 1, len(order) / seconds, device)
+        records.append(record)
+        if state is not None:
+            content = {"network": network.state_dict(), "optimizer": optimizer.state_dict()}
+            files.write(key | content | {"records": [asdict(record) for record in records]}, state)
+        yield record
+
+    validation, test = (rows[views.categories[rows] >= 0] for rows in (split.validation, split.test))
+    sizes = measure_sizes(views.radii[known], views.categories[known], len(views.names)) if settings.size else ((), ())
+    logits = predict(network, views, validation, settings, device)
+    calibration = calibrate(
+        logits, views.radii[validation], views.categories[validation], views.sessions[validation], sizes, seed
+    )
+    yield Checkpoint(
+        weights={name: weight.detach().cpu() for name, weight in network.state_dict().items()},
+        structure=structure,
+        categories=views.names,
+        voxels=settings.voxels,
+        orientations=runs,
+        calibration=calibration,
+        settings=asdict(settings),
+        metrics={
+            name: _measure(predict(network, views, rows, settings, device), views, rows, calibration)
+            for name, rows in (("validation", validation), ("test", test))
+            if len(rows)
+        },
+        fingerprint=views.fingerprint,
+        seed=seed,
+    )
+
+
+def classification_loss(logits: torch.Tensor, categories: np.ndarray, open_set: bool) -> torch.Tensor:
+    """Mean categorical cross-entropy of logits (B, C); category -1 is none of them.
+
+    With `open_set` that is a category of its own whose logit is always 0, so that a view of something else learns to
+    have low logits everywhere.
+    """
+    targets = torch.from_numpy(categories).to(logits.device)
+    if open_set:
+        logits = functional.pad(logits, (0, 1))
+        targets = torch.where(targets < 0, logits.shape[1] - 1, targets)
+    return functional.cross_entropy(logits, targets)
+
+
+def orientation_labels(views: LabelledViews, rows: np.ndarray, runs: tuple[int, ...]) -> np.ndarray:
+    """The run of the circle each view lies in, floor(i m / n) (thesis 3.2.4); -1 where the circle is not known."""
+    m = np.array([*runs, 1])[views.categories[rows]]
+    turns = views.turns[rows]
+    run = np.floor(np.nan_to_num(turns) * m + 1e-9).astype(np.int64) % m  # a circle may cover more than one turn
+    return np.where(np.isnan(turns) | (views.categories[rows] < 0), -1, run)
+
+
+def orientation_loss(logits: torch.Tensor, labels: np.ndarray) -> torch.Tensor:
+    """Cross-entropy of the side that is seen, per view of the batch; a view without label adds nothing."""
+    targets = torch.from_numpy(labels).to(logits.device)
+    return functional.cross_entropy(logits, targets, ignore_index=-1, reduction="sum") / len(labels)
+
+
+@torch.inference_mode()
+def predict(
+    network: Network, views: LabelledViews, rows: np.ndarray, settings: TrainingSettings, device: str = "cpu"
+) -> np.ndarray:
+    """Logits (V, C) float64 of the chosen views, unvaried."""
+    network.eval()
+    found = []
+    for batch in np.array_split(rows, -(-len(rows) // _BATCH)) if len(rows) else []:
+        with torch.autocast(torch.device(device).type, torch.bfloat16, settings.precision == "bfloat16"):
+            found.append(network(voxel_grids(views.clouds(batch, device), settings.voxels))[0].double().cpu().numpy())
+    return np.concatenate(found) if found else np.empty((0, len(views.names)))
+
+
+def _evaluate_epoch(
+    network: Network,
+    views: LabelledViews,
+    split: Split,
+    settings: TrainingSettings,
+    epoch: int,
+    speed: float,
+    device: str,
+) -> EpochRecord:
+    seen = split.train[views.categories[split.train] >= 0]
+    seen = seen[:: -(-len(seen) // _EVALUATED)]
+    held = split.validation[views.categories[split.validation] >= 0]
+    (train_loss, train_accuracy, _), (loss, accuracy, found) = (
+        _score(predict(network, views, rows, settings, device), views.categories[rows]) for rows in (seen, held)
+    )
+    confusion = np.zeros((len(views.names),) * 2, np.int64)
+    np.add.at(confusion, (views.categories[held], found), 1)
+    rows = tuple(tuple(int(n) for n in row) for row in confusion)
+    return EpochRecord(epoch, train_loss, train_accuracy, loss, accuracy, rows, speed)
+
+
+def _score(logits: np.ndarray, categories: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """Cross-entropy, accuracy and the categories found."""
+    loss = functional.cross_entropy(torch.from_numpy(logits), torch.from_numpy(categories))
+    found = logits.argmax(axis=1)
+    return float(loss), float((found == categories).mean()), found
+
+
+def _measure(logits: np.ndarray, views: LabelledViews, rows: np.ndarray, calibration: Calibration) -> dict[str, float]:
+    """Loss and accuracy of the network alone, and of the calibrated model."""
+    loss, accuracy, _ = _score(logits, views.categories[rows])
+    logs = log_probabilities(joint_logits(logits, views.radii[rows], calibration), calibration)
+    calibrated_loss, calibrated_accuracy, _ = _score(logs, views.categories[rows])
+    return {
+        "views": len(rows), "loss": loss, "accuracy": accuracy,
+        "calibrated_loss": calibrated_loss, "calibrated_accuracy": calibrated_accuracy,
+    }  # fmt: skip
+
+
+def _resume(
+    state: Path | None, key: dict[str, Any], network: Network, optimizer: torch.optim.Optimizer
+) -> list[EpochRecord]:
+    """The epochs a file holds of this very training, its weights loaded; none where it is of another, or absent."""
+    if state is None or not state.is_file():
+        return []
+    try:
+        content = torch.load(state, map_location="cpu", weights_only=True)
+        if any(content[name] != value for name, value in key.items()):
+            return []
+        network.load_state_dict(content["network"])
+        optimizer.load_state_dict(content["optimizer"])
+        return [EpochRecord(**record) for record in content["records"]]
+    except Exception:  # a cut file is as good as none
+        return []
+
+
+def _hash(split: Split) -> str:
+    return hashlib.sha256(b"".join(rows.tobytes() for rows in (split.train, split.validation, split.test))).hexdigest()

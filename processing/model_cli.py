@@ -1,0 +1,214 @@
+"""The commands `classify` and `train`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from processing.classification import PACKAGED
+from recorder import cli as recorder_cli
+from recorder.exceptions import InvalidOption, UnreadableCloud
+
+if TYPE_CHECKING:
+    from processing.classification.labelled_views import LabelledViews, Split
+    from processing.classification.training import TrainingSettings
+    from processing.results.records import SessionClassification, ViewClassification
+    from recorder.session import Session
+
+Unit = Literal["m", "cm", "mm"]
+
+
+def classify(
+    what: Annotated[Path, typer.Argument(metavar="CLOUD|SESSION.mcap", help="A cloud, or a recording.")],
+    model: Annotated[
+        Path, typer.Option(help="Made by 'orbitscan train'. Default: the ten household things.")
+    ] = PACKAGED,
+    axes: Annotated[str, typer.Option(help="Where x, y, z of a cloud point, as the camera sees it.")] = "RDF",
+    units: Annotated[Unit, typer.Option(help="Of a cloud's points.")] = "m",
+    scale: Annotated[float, typer.Option(help="Times the units of a cloud.")] = 1.0,
+    views: Annotated[str, typer.Option(help="Of a recording: a count, 'all', a list, a range, names.")] = "all",
+    json_: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+) -> None:
+    """Say what a view shows, or the views of a recording together, and whether the model knows it at all.
+
+    \b
+    Examples:
+      orbitscan classify mug.pcd --axes RFU
+      orbitscan classify mug.mcap --json
+    """
+    import json
+    from dataclasses import asdict
+
+    from processing.classification.classifier import Classifier
+
+    session = _open(what, axes, units, scale)
+    classifier = Classifier(model)
+    chosen = list(session.views(views))
+    if all(view.damage for view in chosen):
+        raise UnreadableCloud(what, "no view can be read", "record it again")
+    found = [v for v in classifier.classify_views([v.index for v in chosen], [v.points for v in chosen]) if v]
+    fused = classifier.fuse(found)
+    if fused is None:
+        raise UnreadableCloud(what, "too few finite points to tell anything", "look at it with 'orbitscan view'")
+    if json_:
+        print(json.dumps(asdict(fused), indent=1))
+        return
+    for view in found if len(found) > 1 else ():
+        print(f"view {view.view:4d}  {_answer(view)}")
+    print(f"{what}: {_sentence(fused)}")
+
+
+def train(
+    recordings: Annotated[list[Path], typer.Argument(help="Labelled recordings (.mcap), or folders of them.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="MODEL.pt", help="The trained model.")],
+    unknown: Annotated[
+        list[Path] | None, typer.Option(help="Recordings of other things, which teach what is none of them.")
+    ] = None,
+    settings: Annotated[str, typer.Option(help="A TOML file, or 'thesis': counts, two epochs, no augmentation.")] = "",
+    structure: Annotated[str, typer.Option(help="As C(32,5,2)-C(32,3)-P(2)-C(16,3)-P(2)-FC(10).")] = "",
+    init: Annotated[
+        Literal["glorot", "dcae", "kmeans-pca", "kmeans-zca"] | None, typer.Option(help="The first weights.")
+    ] = None,
+    orientation: Annotated[bool, typer.Option("--orientation", help="Learn the side that is seen, too.")] = False,
+    epochs: Annotated[int | None, typer.Option(min=1, help="Times that every view is trained on.")] = None,
+    validate: Annotated[str, typer.Option(help="Instances of each category: 'last', a number, a share '20%'.")] = "",
+    test: Annotated[str, typer.Option(help="The same, or names or patterns of recordings. Default: none.")] = "",
+    split: Annotated[
+        Literal["instances", "views"], typer.Option(help="Of a single instance, views may be split; say so.")
+    ] = "instances",
+    every: Annotated[int, typer.Option(min=1, help="Of the views: each so-many-th.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
+    device: Annotated[str, typer.Option(help="auto, cpu or cuda.")] = "auto",
+) -> None:
+    """Train a classifier on labelled recordings, with a review of the training beside the model.
+
+    Split by instance, never by view: one instance of each category is kept to validate. Stopped and started again, it
+    goes on after the last whole epoch.
+
+    \b
+    Examples:
+      orbitscan train corpus/ -o model.pt --test last
+      orbitscan train corpus/ -o model.pt --unknown others/
+      orbitscan train lidar/ -o lidar.pt --validate 20% --test 20%
+    """
+    from processing.batch import find_recordings
+    from processing.classification import checkpoint
+    from processing.classification.labelled_views import gather, join, split_views
+    from processing.classification.training import EpochRecord
+    from processing.classification.training import train as run
+    from processing.review.training import TrainingReview
+
+    chosen = _choose_settings(settings, structure, init, orientation, epochs)
+    place = _device(device)
+    paths = find_recordings(recordings)
+    views = gather(_read(paths, "Reading"), None, split, every, chosen.voxels.trim)
+    if unknown:
+        others = find_recordings(unknown)
+        views = join(views, gather(_read(others, "Reading others"), views.names, split, every, chosen.voxels.trim))
+    rows = split_views(views, validate or ("20%" if split == "views" else "last"), test, seed)
+    if split == "views":
+        print("split by views: training and test show the same things; the figures below do not hold for others")
+    print(_describe(views, rows))
+    state = output.with_name(output.name + ".state")
+    review = output.with_suffix(".rrd")
+    with TrainingReview(review, views.names, chosen) as stream:
+        for result in run(views, rows, chosen, seed=seed, device=place, state=state):
+            if isinstance(result, EpochRecord):
+                stream.add(result)
+                print(
+                    f"epoch {result.epoch:3d}  loss {result.train_loss:.4f} / {result.validation_loss:.4f}  "
+                    f"accuracy {100 * result.train_accuracy:.2f} / {100 * result.validation_accuracy:.2f} %  "
+                    f"(training / validation), {result.views_per_second:.0f} views/s",
+                    flush=True,
+                )
+            else:
+                checkpoint.save(result, output)
+    state.unlink(missing_ok=True)
+    for name, values in result.metrics.items():
+        print(f"{name}: " + ", ".join(f"{key.replace('_', ' ')} {value:.4g}" for key, value in values.items()))
+    print(f"next: orbitscan classify SESSION.mcap --model {output}, or: orbitscan view {review}")
+
+
+def mount(app: typer.Typer) -> None:
+    """Add the commands to an application."""
+    for command in (classify, train):
+        app.command()(command)
+
+
+def _open(what: Path, axes: str, units: str, scale: float) -> Session:
+    """A recording, or a cloud as a session of one view."""
+    if what.suffix.lower() == ".mcap":
+        from recorder import mcap_file
+
+        return mcap_file.read(what)
+    from recorder.sources import open_capture
+    from recorder.sources.options import CaptureOptions
+
+    if what.is_dir():
+        raise InvalidOption(what, "is a folder", "name one cloud, or make a recording of it with 'orbitscan convert'")
+    (session,) = open_capture(what, CaptureOptions(format="clouds", axes=axes, units=units, scale=scale))
+    return session
+
+
+def _answer(found: ViewClassification | SessionClassification) -> str:
+    """The likeliest categories, or `unknown` first."""
+    probabilities = found.probabilities if hasattr(found, "probabilities") else found.fused[-1]
+    ranked = sorted(probabilities.items(), key=lambda item: -item[1])[:3]
+    likeliest = ", ".join(f"{name} {100 * p:.1f} %" for name, p in ranked if p >= 0.005)
+    return likeliest if found.known else f"unknown (if any of its categories: {likeliest})"
+
+
+def _sentence(fused: SessionClassification) -> str:
+    views = len(fused.views)
+    unknown = sum(not view.known for view in fused.views)
+    return _answer(fused) + (f", fused over {views} views, of which {unknown} alone unknown" if views > 1 else "")
+
+
+def _read(paths: list[Path], what: str) -> Iterator[Session]:
+    from recorder import mcap_file
+
+    return recorder_cli.progress(map(mcap_file.read, paths), len(paths), what)
+
+
+def _choose_settings(
+    name: str, structure: str, init: str | None, orientation: bool, epochs: int | None
+) -> TrainingSettings:
+    """The settings of a preset or a file, with what the command line says besides."""
+    from processing.classification.training import THESIS, TrainingSettings
+    from processing.settings import read_settings
+
+    if name == "thesis":
+        chosen = THESIS
+    elif name:
+        chosen = read_settings(Path(name), TrainingSettings)
+    else:
+        chosen = TrainingSettings()
+    said = {"structure": structure, "init": init, "orientation": orientation, "epochs": epochs}
+    chosen = replace(chosen, **{key: value for key, value in said.items() if value})
+    if chosen.orientation:  # a turned view shows another side
+        chosen = replace(chosen, augmentation=replace(chosen.augmentation, turn_deg=0.0))
+    return chosen
+
+
+def _device(name: str) -> str:
+    import torch
+
+    if name == "auto":
+        return "cuda" if torch.cuda.is_available() else "cpu"
+    if name.startswith("cuda") and not torch.cuda.is_available():
+        raise InvalidOption(f"--device {name}", "there is no CUDA device here", "give cpu, or leave it out")
+    try:
+        return str(torch.device(name))
+    except RuntimeError:
+        raise InvalidOption(f"--device {name}", "no device", "give auto, cpu or cuda") from None
+
+
+def _describe(views: LabelledViews, rows: Split) -> str:
+    """How many instances and views train, validate and test."""
+    parts = {"train": rows.train, "validate": rows.validation, "test": rows.test}
+    counts = [f"{len(set(views.units[part]))} instances ({len(part):,} views) {name}" for name, part in parts.items()]
+    return f"{len(views.names)} categories: " + ", ".join(counts)
