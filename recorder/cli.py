@@ -80,6 +80,9 @@ def convert(
     ] = None,
     category: Annotated[str | None, typer.Option(help="What the object is, such as coffee_mug.")] = None,
     instance: Annotated[str | None, typer.Option(help="Which one of its category.")] = None,
+    elevation: Annotated[
+        float | None, typer.Option(help="Degrees that the camera looks down; 0 where the frame is level.")
+    ] = None,
     name: Annotated[str | None, typer.Option(help="The session's name. Default: that of the output or source.")] = None,
     categories_from_folders: Annotated[
         bool,
@@ -120,6 +123,7 @@ def convert(
         columns=_parse_columns(columns),
         category=category,
         instance=instance,
+        elevation=elevation,
         name=name,
         categories_from_folders=categories_from_folders or None,
     )

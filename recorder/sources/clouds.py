@@ -55,6 +55,7 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
         views=len(files),
         category=options.category,
         instance=options.instance,
+        elevation_deg=options.elevation,
         source="clouds",
         sensor_origin=sensor_origin(options, conversion),
         source_axes=conversion.axes,

@@ -72,6 +72,7 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
                 views=1,
                 category=item.category,
                 instance=item.file.stem,
+                elevation_deg=options.elevation,
                 source="clouds",
                 sensor_origin=sensor_origin(options, conversion),
                 source_axes=conversion.axes,

@@ -25,6 +25,7 @@ class CaptureOptions:
     categories_from_folders: Literal[True] | None = None  # each cloud is an object, its category its folder's name
     category: str | None = None
     instance: str | None = None
+    elevation: float | None = None  # degrees that the camera looks down; 0: the frame is level
     name: str | None = None
 
     def allow(self, format_name: str, *allowed: str) -> None:

@@ -56,8 +56,11 @@ def test_one_file_is_a_session_of_one_view(folder):
 
 
 def test_the_options_describe_the_session(folder):
-    options = CaptureOptions(category="coffee_mug", instance="3", name="morning", sensor_origin="unknown")
+    options = CaptureOptions(
+        category="coffee_mug", instance="3", name="morning", sensor_origin="unknown", elevation=20.0
+    )
     info = open_capture(folder, options)[0].info
+    assert info.elevation_deg == 20.0
     assert (info.category, info.instance, info.name, info.sensor_origin) == ("coffee_mug", "3", "morning", None)
 
 
