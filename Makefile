@@ -5,7 +5,7 @@ ifeq ($(OS),Windows_NT)
 BIN := .venv/Scripts
 endif
 
-.PHONY: demo test lint bench bench-quick bench-memory picture clean
+.PHONY: demo test lint bench bench-quick bench-memory model picture clean
 
 demo: .venv/installed
 	@$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
@@ -27,11 +27,18 @@ bench-quick: .venv/installed-bench
 bench-memory: .venv/installed-dev
 	$(BIN)/python -m tests.benchmarks.memory
 
+# Trains the packaged model, on virtual scans alone; in model-data/ lies what it is made of.
+model: .venv/installed
+	$(BIN)/orbitscan simulate corpus -o model-data/corpus --every 40 --instances 60 --workers 2
+	$(BIN)/orbitscan simulate others -o model-data/others --every 50 --instances 8 --workers 2
+	$(BIN)/orbitscan train model-data/corpus --unknown model-data/others --validate 6 -o model-data/household.pt
+	cp model-data/household.pt processing/classification/household.pt
+
 picture: .venv/installed-dev
 	$(BIN)/python -m tests.picture results/robot/review.rrd docs/review.png
 
 clean:
-	rm -rf .venv results build dist *.egg-info
+	rm -rf .venv results model-data build dist *.egg-info
 
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

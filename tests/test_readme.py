@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from recorder import mcap_file, poses
@@ -22,7 +23,7 @@ def blocks(language):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """`scans/` with clouds, poses.tum and one recording in `recordings/`; `rerun` only writes down what it is given."""
+    """`scans/` and `things/` with clouds, poses.tum, a recording in `recordings/`; `rerun` does nothing."""
     folder = tmp_path_factory.mktemp("readme")
     (folder / "scans").mkdir()
     session = scan(n_views=3)
@@ -32,6 +33,10 @@ def folder(tmp_path_factory):
     lines = [poses.to_tum_line((i + 1) * 10**9, truth[i]) for i in sorted(truth)]
     (folder / "poses.tum").write_text("\n".join(lines))
     mcap_file.write(scan(n_views=2), folder / "recordings" / "blob.mcap")
+    for category, stretch in (("ball", (1, 1, 1)), ("plank", (1, 1, 0.2))):
+        (folder / "things" / category).mkdir(parents=True)
+        for i, view in enumerate(session.views()):
+            ply_file.write(folder / "things" / category / f"{i}.ply", view.points * np.float32(stretch))
     stub = folder / "bin" / "rerun"
     stub.parent.mkdir()
     stub.write_text("#!/bin/sh\nexit 0\n")

@@ -1,9 +1,9 @@
 """From logits to probabilities that mean something, and to a score that tells the known from the unknown.
 
 The voxel grid loses the size of a thing, so its metric radius comes in here: log r is taken as Gaussian within a
-category and as uniform otherwise, and the log ratio of the two is added to the category's logit (naive Bayes). The
-open-set score is the free energy of these joint logits, log sum exp (Liu et al., NeurIPS 2020): low where no category
-explains both shape and size.
+category and as uniform otherwise, and the log ratio of the two is added to the category's logit, in training already.
+The open-set score is the free energy of these joint logits, log sum exp (Liu et al., NeurIPS 2020): low where no
+category explains both shape and size.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.special import log_softmax, logsumexp
 from processing.classification.checkpoint import Calibration
 
 KEPT = 0.95  # of known validation views
-LEAST_DEVIATION = 0.2  # of log r: no fewer than a fifth, however alike the instances are
+LEAST_DEVIATION = 0.35  # of log r: a third, however alike the instances are
 SIZE_RANGE = np.log(1000)  # of log r, where nothing is known of a thing: 5 mm to 5 m, say
 FUSED_VIEWS = 6  # that a session's threshold is set for
 DRAWS = 400  # of so many views each
