@@ -44,7 +44,7 @@ def augment(clouds: Clouds, up: torch.Tensor, settings: AugmentationSettings, ge
     turn = rotations(_vertical(up), torch.deg2rad(within(settings.turn_deg, size)))
     x, _, z = torch.eye(3, device=device).expand(size, 3, 3).unbind(1)
     upright = (draw(size) < settings.level) * torch.acos((-_vertical(up)[:, 1]).clamp(-1, 1))  # the elevation
-    tilt = rotations(x, upright) @ rotations(x, torch.deg2rad(within(settings.tilt_deg, size)))
+    tilt = rotations(x, -upright) @ rotations(x, torch.deg2rad(within(settings.tilt_deg, size)))
     roll = rotations(z, torch.deg2rad(within(settings.roll_deg, size)))
     motion = roll @ tilt @ turn @ torch.diag_embed(1 + within(settings.stretch, size, 3))
     points = (motion[view] @ clouds.points[:, :, None])[:, :, 0]
@@ -56,9 +56,9 @@ def augment(clouds: Clouds, up: torch.Tensor, settings: AugmentationSettings, ge
 
 
 def rotations(axes: torch.Tensor, angles: torch.Tensor) -> torch.Tensor:
-    """The rotations (B, 3, 3) about unit axes (B, 3) by angles (B,) [rad]."""
+    """The rotations (B, 3, 3) about unit axes (B, 3) by angles (B,) [rad], right-handed."""
     cross = torch.linalg.cross(torch.eye(3, device=axes.device).expand(len(axes), 3, 3), axes[:, None], dim=2)
-    return torch.linalg.matrix_exp(-angles[:, None, None] * cross)
+    return torch.linalg.matrix_exp(angles[:, None, None] * cross)
 
 
 def _vertical(up: torch.Tensor) -> torch.Tensor:

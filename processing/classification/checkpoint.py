@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -74,7 +75,8 @@ def write(content: dict[str, Any], path: Path) -> None:
         reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
         raise UnwritableOutput(path, f"cannot be written ({reason})", "choose another place") from None
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 def load(path: Path = PACKAGED) -> Checkpoint:

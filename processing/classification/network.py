@@ -9,7 +9,7 @@ from torch import nn
 from recorder.exceptions import InvalidOption
 
 BODY = "C(32,5,2)-C(32,3)-P(2)-C(16,3)-P(2)"  # table 5.1's best; a dense layer for the categories follows
-DROPOUT = 0.25  # not in the thesis
+DROPOUT = 0.1  # not in the thesis
 _LAYER = re.compile(r"(C|P|UP|FC|D)\((\d+(?:,\d+)*)\)")
 _REMEDY = "write layers as in C(32,5,2)-C(32,3)-P(2)-C(16,3)-P(2)-FC(10)"
 

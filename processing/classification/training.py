@@ -21,6 +21,7 @@ from processing.classification.initialization import Init, initialise
 from processing.classification.labelled_views import LabelledViews, Split
 from processing.classification.network import BODY, DROPOUT, Network
 from processing.classification.voxels import VoxelSettings, voxel_grids
+from recorder.exceptions import InvalidOption
 
 RUNS = {  # of a circle that the orientation head tells apart, thesis table 3.2
     "apple": 1, "bell_pepper": 1, "bowl": 1, "cap": 6, "cell_phone": 6,
@@ -59,7 +60,7 @@ class TrainingSettings:
     dropout: float = DROPOUT
     batch: int = 64
     learning_rate: float = 1e-3  # of Adam, falling to 0 as a half cosine
-    unknown_share: float = 0.5  # views of other things for each view of the categories, where there are any
+    unknown_share: float = 1.0  # views of other things for each view of the categories, where there are any
     size: bool = True  # the metric radius counts too
     precision: Literal["float32", "bfloat16"] = "float32"
 
@@ -103,6 +104,10 @@ def train(
     with the same weights. Raises InvalidOption for a structure that does not fit, one category only, or no validation.
     """
     settings = settings or TrainingSettings()
+    if len(views.names) < 2:
+        raise InvalidOption(views.names[0], "is the only category", "give recordings of another one, too")
+    if not (views.categories[split.validation] >= 0).any():
+        raise InvalidOption("the split", "leaves nothing to validate", "choose instances with --validate")
     structure = settings.structure or f"{BODY}-FC({len(views.names)})"
     runs = tuple(settings.runs.get(name, 1) for name in views.names) if settings.orientation else ()
     key = {"settings": asdict(settings), "seed": seed, "fingerprint": views.fingerprint, "split": _hash(split)}

@@ -114,7 +114,7 @@ def cut(grid: np.ndarray, voxels: np.ndarray, kernel: int) -> np.ndarray:
     before = kernel // 2
     padded = np.pad(grid.astype(np.float64), (before, kernel - 1 - before))
     windows = np.lib.stride_tricks.sliding_window_view(padded, (kernel,) * 3)
-    return windows[tuple(voxels.T)].reshape(len(voxels), -1)
+    return windows[tuple(voxels.T)].reshape(len(voxels), kernel**3)
 
 
 def normalise(patches: np.ndarray) -> np.ndarray:

@@ -1,0 +1,100 @@
+"""A model's file: whole or not at all, and never trusted."""
+
+import pickle
+from dataclasses import replace
+
+import pytest
+import torch
+
+from processing.classification.checkpoint import Calibration, Checkpoint, UnreadableModel, load, save
+from processing.classification.network import Network
+from processing.classification.voxels import VoxelSettings
+from recorder.exceptions import UnwritableOutput
+
+STRUCTURE = "C(4,3)-P(2)-FC(3)"
+
+
+@pytest.fixture(scope="module")
+def model():
+    torch.manual_seed(0)
+    network = Network(STRUCTURE, 3, div=8, orientations=4)
+    return Checkpoint(
+        weights=network.state_dict(),
+        structure=STRUCTURE,
+        categories=("ball", "plank", "stick"),
+        voxels=VoxelSettings(div=8, values="density", trim=0.01),
+        orientations=(1, 4, 2),
+        calibration=Calibration(1.5, -2.0, -1.0, (-3.0, -2.0, -1.0), (0.4, 0.5, 0.6)),
+        settings={"epochs": 3},
+        metrics={"test": {"accuracy": 0.5}},
+        fingerprint="abc",
+        seed=7,
+    )
+
+
+@pytest.fixture
+def path(model, tmp_path):
+    save(model, tmp_path / "model.pt")
+    return tmp_path / "model.pt"
+
+
+def test_a_model_comes_back_as_it_was(model, path):
+    found = load(path)
+    for name, weight in model.weights.items():
+        assert torch.equal(found.weights[name], weight)
+    assert replace(found, weights={}).__dict__ == replace(model, weights={}).__dict__
+    grids = torch.rand(2, 1, 8, 8, 8)
+    assert torch.equal(found.network()(grids)[0], model.network()(grids)[0])
+    assert [file.name for file in path.parent.iterdir()] == ["model.pt"]
+
+
+class Malicious:
+    def __reduce__(self):
+        return print, ("run",)
+
+
+def change(path, **values):
+    torch.save(torch.load(path, weights_only=True) | values, path)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "problem"),
+    [
+        (lambda path: path.unlink(), "no such file"),
+        (lambda path: path.write_bytes(path.read_bytes()[:-2000]), "is damaged or no model"),
+        (lambda path: path.write_text("a text"), "is damaged or no model"),
+        (lambda path: path.write_bytes(pickle.dumps(Malicious())), "is damaged or no model"),
+        (lambda path: torch.save(Malicious(), path), "is damaged or no model"),
+        (lambda path: torch.save({"weights": {}}, path), "is no model of orbitscan"),
+        (lambda path: torch.save([1, 2], path), "is no model of orbitscan"),
+        (lambda path: change(path, format_version=9), "is of format 9, not 1"),
+        (lambda path: change(path, structure="C(5,3)-P(2)-FC(3)"), "its weights do not fit the structure"),
+        (lambda path: change(path, structure="nonsense"), "its weights do not fit the structure"),
+        (lambda path: change(path, categories=["a", "b"]), "its weights do not fit the structure"),
+        (lambda path: change(path, voxels={"div": "many"}), "its weights do not fit the structure"),
+        (lambda path: change(path, calibration=3), "its weights do not fit the structure"),
+    ],
+)
+def test_what_is_no_model_is_refused_in_a_sentence(path, spoil, problem, capsys):
+    spoil(path)
+    with pytest.raises(UnreadableModel, match=problem) as caught:
+        load(path)
+    assert "\n" not in str(caught.value)
+    assert capsys.readouterr().out == ""  # no code that came along has run
+
+
+def test_a_place_that_cannot_be_written(model, tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(UnwritableOutput, match="cannot be written"):
+        save(model, tmp_path / "file" / "model.pt")
+    assert [file.name for file in tmp_path.iterdir()] == ["file"]
+
+
+def test_the_packaged_model_is_small_and_knows_the_ten_categories():
+    from processing.classification import PACKAGED
+    from recorder.objects import CATEGORIES
+
+    assert PACKAGED.stat().st_size < 1_000_000
+    found = load()
+    assert found.categories == CATEGORIES
+    assert found.calibration.threshold > -torch.inf
