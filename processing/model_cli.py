@@ -30,6 +30,9 @@ def classify(
     axes: Annotated[str, typer.Option(help="Where x, y, z of a cloud point, as the camera sees it.")] = "RDF",
     units: Annotated[Unit, typer.Option(help="Of a cloud's points.")] = "m",
     scale: Annotated[float, typer.Option(help="Times the units of a cloud.")] = 1.0,
+    columns: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Which named columns of a text file are x, y, z.")
+    ] = None,
     views: Annotated[str, typer.Option(help="Of a recording: a count, 'all', a list, a range, names.")] = "all",
     json_: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
 ) -> None:
@@ -45,7 +48,7 @@ def classify(
 
     from processing.classification.classifier import Classifier
 
-    session = _open(what, axes, units, scale)
+    session = _open(what, axes, units, scale, columns)
     classifier = Classifier(model)
     chosen = list(session.views(views))
     if all(view.damage for view in chosen):
@@ -60,6 +63,9 @@ def classify(
     for view in found if len(found) > 1 else ():
         print(f"view {view.view:4d}  {_answer(view)}")
     print(f"{what}: {_sentence(fused)}")
+    radius = classifier.odd_radius([view.points for view in chosen])
+    if radius is not None:
+        print(f"A radius of {radius:.3g} m is no size of any category: are --units and --scale right?")
 
 
 def train(
@@ -139,7 +145,7 @@ def mount(app: typer.Typer) -> None:
         app.command()(command)
 
 
-def _open(what: Path, axes: str, units: str, scale: float) -> Session:
+def _open(what: Path, axes: str, units: str, scale: float, columns: str | None) -> Session:
     """A recording, or a cloud as a session of one view."""
     if what.suffix.lower() == ".mcap":
         from recorder import mcap_file
@@ -150,7 +156,9 @@ def _open(what: Path, axes: str, units: str, scale: float) -> Session:
 
     if what.is_dir():
         raise InvalidOption(what, "is a folder", "name one cloud, or make a recording of it with 'orbitscan convert'")
-    (session,) = open_capture(what, CaptureOptions(format="clouds", axes=axes, units=units, scale=scale))
+    names = recorder_cli.parse_columns(columns)
+    options = CaptureOptions(format="clouds", axes=axes, units=units, scale=scale, columns=names)
+    (session,) = open_capture(what, options)
     return session
 
 

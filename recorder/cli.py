@@ -120,7 +120,7 @@ def convert(
         axes=axes,
         pose_axes=pose_axes,
         sensor_origin=_parse_origin(sensor_origin),
-        columns=_parse_columns(columns),
+        columns=parse_columns(columns),
         category=category,
         instance=instance,
         elevation=elevation,
@@ -414,7 +414,8 @@ def _check_as_one(recorded: Sequence[tuple[Path, "SessionInfo"]]) -> list["Findi
     return [finding for finding in findings if finding.severity == "problem" and "--" in finding.remedy]
 
 
-def _parse_columns(text: str | None) -> tuple[str, str, str] | None:
+def parse_columns(text: str | None) -> tuple[str, str, str] | None:
+    """The three names of `--columns`. Raises InvalidOption."""
     if text is None:
         return None
     names = [name.strip() for name in text.split(",")]

@@ -21,6 +21,7 @@ from processing.results.records import SessionClassification, ViewClassification
 from recorder.cloud import finite
 
 DIGITS = 4  # of a probability: the same on every machine
+ODD = 4.0  # standard deviations of log r
 _BATCH = 256
 
 
@@ -85,6 +86,17 @@ class Classifier:
             entropy=tuple(round(float(e), DIGITS) for e in entropy),
             views=tuple(views),
         )
+
+    def odd_radius(self, clouds: Sequence[np.ndarray]) -> float | None:
+        """The median radius [m] of views where it is ODD deviations or more from every category's; else None."""
+        means = np.array(self.checkpoint.calibration.size_means)
+        deviations = np.array(self.checkpoint.calibration.size_deviations)
+        kept = [points for points in (finite(cloud)[0] for cloud in clouds) if len(points) >= FEWEST_POINTS]
+        if not len(means) or not kept:
+            return None
+        radius = float(bounding_spheres(pack([trim(p, self.checkpoint.voxels.trim) for p in kept]))[1].median())
+        odd = np.abs(np.log(max(radius, 1e-9)) - means) >= ODD * deviations
+        return radius if odd.all() else None
 
     @torch.inference_mode()
     def _joint_logits(self, clouds: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray | None]]:

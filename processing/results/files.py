@@ -25,7 +25,7 @@ from recorder import poses
 from recorder.sources import ply_file
 
 FORMAT_VERSION = 1
-_LIBRARIES = ("numpy", "scipy", "numba", "rerun-sdk", "mcap")
+_LIBRARIES = ("numpy", "scipy", "numba", "torch", "rerun-sdk", "mcap")
 
 
 def input_sha256(path: Path) -> str:

@@ -1,6 +1,7 @@
 """The real command, from a recording to results: what it prints, writes and exits with."""
 
 import csv
+import hashlib
 import json
 import os
 import subprocess
@@ -13,8 +14,10 @@ import pytest
 from rerun.chunk import RrdReader
 
 from processing.batch import Job, process_recording
+from processing.classification import PACKAGED
 from recorder import mcap_file
 from recorder.exceptions import UnreadableRecording
+from recorder.objects import CATEGORIES
 from recorder.session import in_memory
 from recorder.sources import ply_file
 from tests.geometry import bottle, scan
@@ -83,8 +86,37 @@ def test_results_hold_what_the_format_says(done):
     assert found["model"]["method"] == "refined"
     assert np.shape(pair["T_target_source"]) == (4, 4)
     timings = json.loads((folder / "out" / "blob" / "timings.json").read_text())
-    assert set(timings) == {"methods", "outlier_removal", "total"}
+    assert set(timings) == {"methods", "outlier_removal", "classification", "total"}
+    assert 0 < timings["classification"] < timings["total"]
     assert timings["methods"]["icp"]["ransac"] == 0 < timings["methods"]["pairwise"]["refine"]
+
+
+def test_results_hold_what_the_views_show(done):
+    folder, _ = done
+    found = results(folder / "out" / "blob")
+    shown = found["classification"]
+    assert shown["model"] == found["key"]["model_sha256"] == hashlib.sha256(PACKAGED.read_bytes()).hexdigest()
+    assert shown["categories"] == list(CATEGORIES)
+    assert [view["view"] for view in shown["views"]] == [0, 1, 2, 3, 4]
+    assert len(shown["entropy"]) == len(shown["fused"]) == 5
+    for answer in (shown, *shown["views"]):
+        assert (answer["category"] is None) == (not answer["known"])
+    for view in shown["views"]:
+        assert list(view["probabilities"]) == shown["categories"]
+        assert all(round(p, 4) == p for p in view["probabilities"].values())
+
+
+def test_without_a_model_nothing_is_classified(tmp_path):
+    mcap_file.write(scan(n_views=2), tmp_path / "blob.mcap")
+    finished = run("process", "blob.mcap", "-o", "out", "--methods", "icp", "--model", "none", cwd=tmp_path)
+    assert finished.returncode == 0, finished.stderr
+    found = results(tmp_path / "out" / "blob")
+    assert (found["classification"], found["key"]["model_sha256"]) == (None, None)
+    again = run("process", "blob.mcap", "-o", "out", "--methods", "icp", cwd=tmp_path)
+    assert "done again: changed model sha256" in again.stdout
+    missing = run("process", "blob.mcap", "-o", "out", "--model", "nothing.pt", cwd=tmp_path)
+    assert missing.returncode == 2
+    assert "--model nothing.pt: no such file; name a model of 'orbitscan train', or 'none'" in missing.stderr
 
 
 def test_errors_csv_and_trajectories_are_those_of_the_results(done):

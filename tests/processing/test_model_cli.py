@@ -1,0 +1,161 @@
+"""The commands `train` and `classify`: what they write, print and refuse."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from processing.classification import checkpoint
+from recorder import mcap_file
+from recorder.sources import ply_file
+from tests.processing.classification import toys
+
+ORBITSCAN = Path(sys.executable).with_name("orbitscan")
+SMALL = 'structure = "C(4,3,2)-P(2)-FC(3)"\nepochs = 2\nepoch_views = 50\n[voxels]\ndiv = 12\nvalues = "density"\n'
+
+
+def run(*arguments, cwd):
+    return subprocess.run(
+        [ORBITSCAN, *map(str, arguments)], cwd=cwd, env=os.environ | {"OMP_NUM_THREADS": "1"}, capture_output=True,
+        text=True,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """A folder with recordings of three shapes, and a model trained on them."""
+    folder = tmp_path_factory.mktemp("trained")
+    for session in toys.sessions(instances=4, views=3):
+        mcap_file.write(session, folder / "toys" / f"{session.info.name}.mcap")
+    (folder / "small.toml").write_text(SMALL)
+    finished = run("train", "toys", "-o", "toys.pt", "--settings", "small.toml", "--test", "last", cwd=folder)
+    return folder, finished
+
+
+def test_train_writes_a_model_and_its_review_and_says_how_it_went(trained):
+    folder, finished = trained
+    assert finished.returncode == 0, finished.stderr
+    assert {path.name for path in folder.iterdir()} == {"toys", "small.toml", "toys.pt", "toys.rrd"}
+    lines = finished.stdout.splitlines()
+    assert lines[0] == (
+        "3 categories: 6 instances (18 views) train, 3 instances (9 views) validate, 3 instances (9 views) test"
+    )
+    assert [line.split()[:2] for line in lines[1:3]] == [["epoch", "1"], ["epoch", "2"]]
+    assert lines[4].startswith("test: views 9, loss ")
+    assert lines[-1] == "next: orbitscan classify SESSION.mcap --model toys.pt, or: orbitscan view toys.rrd"
+    model = checkpoint.load(folder / "toys.pt")
+    assert model.settings["epochs"] == 2
+    assert model.voxels.div == 12
+
+
+def test_classify_answers_for_a_recording_and_for_a_cloud(trained):
+    folder, _ = trained
+    finished = run("classify", "toys/ball_1.mcap", "--model", "toys.pt", cwd=folder)
+    assert finished.returncode == 0, finished.stderr
+    lines = finished.stdout.splitlines()
+    assert [line.split()[:2] for line in lines[:3]] == [["view", "0"], ["view", "1"], ["view", "2"]]
+    assert "fused over 3 views" in lines[3]
+    points = next(iter(mcap_file.read(folder / "toys" / "ball_1.mcap").views())).points
+    ply_file.write(folder / "ball.ply", points)
+    (folder / "ball.csv").write_text("a,px,py,pz\n" + "".join(f"0,{x},{y},{z}\n" for x, y, z in points * 1000))
+    answers = [
+        json.loads(run("classify", *arguments, "--model", "toys.pt", "--json", cwd=folder).stdout)["views"][0]
+        for arguments in (
+            ("toys/ball_1.mcap", "--views", "0,"),
+            ("ball.ply",),
+            ("ball.csv", "--units", "mm", "--columns", "px,py,pz"),
+        )
+    ]
+    assert list(answers[0]["probabilities"]) == ["ball", "plank", "stick"]
+    for answer in answers[1:]:
+        assert answer["probabilities"] == pytest.approx(answers[0]["probabilities"], abs=0.02)
+
+
+def test_millimetres_taken_for_metres_are_noticed(trained):
+    folder, _ = trained
+    points = next(iter(mcap_file.read(folder / "toys" / "ball_1.mcap").views())).points
+    ply_file.write(folder / "mm.ply", points * 1000)
+    finished = run("classify", "mm.ply", "--model", "toys.pt", cwd=folder)
+    assert "mm.ply: unknown" in finished.stdout
+    assert "is no size of any category: are --units and --scale right?" in finished.stdout
+
+
+def test_the_packaged_model_answers_without_open3d(trained):
+    folder, _ = trained
+    code = (
+        "import sys; from processing.cli import app; app(['classify', 'toys/ball_1.mcap'], standalone_mode=False); "
+        "assert 'open3d' not in sys.modules and 'rerun' not in sys.modules and 'numba' not in sys.modules"
+    )
+    finished = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
+    assert finished.returncode == 0, finished.stderr
+
+
+def test_views_of_one_instance_may_be_split_and_it_says_so(trained):
+    folder, _ = trained
+    chosen = ("toys/ball_1.mcap", "toys/plank_1.mcap", "toys/stick_1.mcap", "--settings", "small.toml")
+    refused = run("train", *chosen, "-o", "views.pt", cwd=folder)
+    assert refused.returncode == 2
+    assert "ball: of its 1 instance none is left to train on; " in refused.stderr
+    finished = run("train", *chosen, "-o", "views.pt", "--split", "views", cwd=folder)
+    assert finished.returncode == 0, finished.stderr
+    assert finished.stdout.startswith("split by views: training and test show the same things")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (("toys", "--structure", "C(4,3)-FC(7)"), "has 7 outputs for 3 categories; end it with FC(3)"),
+        (("toys", "--structure", "C(4"), "is no layer; write layers as in"),
+        (("toys", "--device", "abacus"), "--device abacus: no device; give auto, cpu or cuda"),
+        (("toys", "--validate", "some"), "--validate some: chooses nothing"),
+        (("toys", "--test", "100"), "of its 4 instances none is left to train on"),
+        (("toys", "--settings", "wrong.toml"), "there is no setting 'epoch'"),
+        (("toys/ball_1.mcap", "toys/ball_2.mcap"), "ball: is the only category; give recordings of another one"),
+        (("unlabelled.mcap",), "ball_1: does not say what it shows; convert it with --category"),
+        (("empty",), "the folder holds no recording"),
+    ],
+)
+def test_wrong_input_of_train_is_one_sentence(trained, arguments, problem):
+    folder, _ = trained
+    mcap_file.write(toys.session("ball", 1, category=False), folder / "unlabelled.mcap")
+    (folder / "wrong.toml").write_text("epoch = 3\n")
+    (folder / "empty").mkdir(exist_ok=True)
+    finished = run("train", *arguments, "-o", "wrong.pt", cwd=folder)
+    assert finished.returncode == 2
+    assert problem in finished.stderr
+    assert len(finished.stderr.splitlines()) == 1
+    assert not list(folder.glob("wrong*.pt*"))
+    assert not list(folder.glob("*.rrd.part")) + list(folder.glob("*.part.rrd"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (("nothing.ply",), "nothing.ply: no such file"),
+        (("toys",), "toys: is a folder; name one cloud"),
+        (("empty.ply",), "empty.ply: too few finite points to tell anything"),
+        (("nan.ply",), "nan.ply: too few finite points to tell anything"),
+        (("cloud.ply", "--model", "cut.pt"), "cut.pt: is damaged or no model"),
+        (("cloud.ply", "--model", "other.pt"), "its weights do not fit the structure it names"),
+        (("cloud.ply", "--model", "nothing.pt"), "nothing.pt: no such file"),
+        (("cloud.ply", "--axes", "XYZ"), "XYZ"),
+    ],
+)
+def test_wrong_input_of_classify_is_one_sentence(trained, arguments, problem):
+    folder, _ = trained
+    points = toys.cloud("ball", np.random.default_rng(0))
+    ply_file.write(folder / "cloud.ply", points)
+    ply_file.write(folder / "empty.ply", points[:0])
+    ply_file.write(folder / "nan.ply", points * np.float32(np.nan))
+    whole = (folder / "toys.pt").read_bytes()
+    (folder / "cut.pt").write_bytes(whole[: len(whole) // 2])
+    torch.save(torch.load(folder / "toys.pt", weights_only=True) | {"structure": "C(9,3)-FC(3)"}, folder / "other.pt")
+    finished = run("classify", *arguments, cwd=folder)
+    assert finished.returncode == 2
+    assert problem in finished.stderr
+    assert len(finished.stderr.splitlines()) == 1
