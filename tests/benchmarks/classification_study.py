@@ -46,6 +46,7 @@ def main() -> None:
     parser.add_argument("corpus", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--epochs", type=int, default=16)
+    parser.add_argument("--held", default="last", help="instances of each category to test, and as many to validate")
     parser.add_argument("--precision", choices=("float32", "bfloat16"), default="float32")
     parser.add_argument("--only", help="one of ours, glorot, dcae, kmeans-pca, kmeans-zca")
     options = parser.parse_args()
@@ -57,7 +58,7 @@ def main() -> None:
         if options.only not in (None, name):
             continue
         views = gather(read, trim_share=settings.voxels.trim)
-        split = split_views(views, "last", "last")
+        split = split_views(views, options.held, options.held)
         found = []
         for seed in range(options.seeds):
             started = time.perf_counter()
