@@ -36,7 +36,7 @@ def folder(tmp_path_factory):
     for category, stretch in (("ball", (1, 1, 1)), ("plank", (1, 1, 0.2))):
         (folder / "things" / category).mkdir(parents=True)
         for i, view in enumerate(session.views()):
-            ply_file.write(folder / "things" / category / f"{i}.ply", view.points * np.float32(stretch))
+            ply_file.write(folder / "things" / category / f"{i}.ply", view.points[::20] * np.float32(stretch))
     stub = folder / "bin" / "rerun"
     stub.parent.mkdir()
     stub.write_text("#!/bin/sh\nexit 0\n")

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from processing.batch import Job, process_recording
+from processing.classification.classifier import Classifier
 from processing.results.files import read_results
 from recorder import mcap_file
 from recorder.sources import open_capture
+from recorder.sources.virtual import simulate
 
 
 def convert(source, folder):
@@ -96,3 +98,24 @@ def test_a_kinect_circle_without_truth(kinect):
     assert max(deviation["wobble_deg"] for deviation in deviations) < 2
     assert found["model"]["method"] == "refined"
     assert found["model"]["points"] > 10_000
+
+
+def test_the_packaged_model_knows_real_views_of_its_categories(data):
+    classifier = Classifier()
+    answers = {}
+    for session in open_capture(data / "washington" / "rgbd-dataset"):
+        views = list(session.views())
+        answers[session.info] = classifier.classify_views([v.index for v in views], [v.points for v in views])
+    assert len(answers) >= 6
+    for info, found in answers.items():
+        if info.category in classifier.categories:
+            assert np.mean([answer.likeliest == info.category for answer in found]) >= 0.9
+            assert classifier.fuse(found).category == info.category
+
+
+def test_the_packaged_model_knows_meshes_of_others(data, open3d):
+    classifier = Classifier()
+    for name, category in (("meshes_contactdb/mug.stl", "coffee_mug"), ("meshes_ycb_hoi4d/ycb_024_bowl.obj", "bowl")):
+        views = list(simulate(str(data / name), views=6, elevation_deg=45, sensor="kinect").views())
+        found = classifier.classify_views([v.index for v in views], [v.points for v in views])
+        assert [answer.likeliest for answer in found] == [category] * 6
