@@ -25,7 +25,10 @@ class CloudFacts:
 
 def finite(points: np.ndarray, colors: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray | None]:
     """The points (N, 3) whose three coordinates are finite, float32 and contiguous, and their colours."""
-    keep = np.isfinite(points).all(axis=1)
+    known = np.isfinite(points)
+    if known.all():
+        return np.ascontiguousarray(points, dtype=np.float32), None if colors is None else np.ascontiguousarray(colors)
+    keep = known.all(axis=1)
     points = np.ascontiguousarray(points[keep], dtype=np.float32)
     return points, None if colors is None else np.ascontiguousarray(colors[keep])
 

@@ -16,13 +16,13 @@ from processing.classification import checkpoint as files
 from processing.classification.calibration import joint_logits, log_probabilities, open_set_scores
 from processing.classification.checkpoint import Checkpoint
 from processing.classification.labelled_views import FEWEST_POINTS
-from processing.classification.voxels import bounding_spheres, pack, trim, voxel_grids
+from processing.classification.voxels import pack, trim, voxel_grids
 from processing.results.records import SessionClassification, ViewClassification
 from recorder.cloud import finite
 
 DIGITS = 4  # of a probability: the same on every machine
 ODD = 4.0  # standard deviations of log r
-_BATCH = 256
+_BATCH = 16  # views: more do not fit a processor's cache
 
 
 class Classifier:
@@ -94,7 +94,7 @@ class Classifier:
         kept = [points for points in (finite(cloud)[0] for cloud in clouds) if len(points) >= FEWEST_POINTS]
         if not len(means) or not kept:
             return None
-        radius = float(bounding_spheres(pack([trim(p, self.checkpoint.voxels.trim) for p in kept]))[1].median())
+        radius = float(pack([trim(p, self.checkpoint.voxels.trim) for p in kept]).spheres[1].median())
         odd = np.abs(np.log(max(radius, 1e-9)) - means) >= ODD * deviations
         return radius if odd.all() else None
 
@@ -103,7 +103,7 @@ class Classifier:
         """Logits (B, C) of shape and size, and the orientation head's (B, m) where there is one."""
         packed = pack(clouds, self.device)
         logits, sides = self.network(voxel_grids(packed, self.checkpoint.voxels))
-        radii = bounding_spheres(packed)[1].double().cpu().numpy()
+        radii = packed.spheres[1].double().cpu().numpy()
         joint = joint_logits(logits.double().cpu().numpy(), radii, self.checkpoint.calibration)
         return joint, [None] * len(clouds) if sides is None else list(sides.double().cpu().numpy())
 

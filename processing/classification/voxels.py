@@ -5,6 +5,7 @@ how many belong to each. Sums of a view run in the order of its points.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -31,11 +32,16 @@ class Clouds:
     lengths: torch.Tensor  # (B,) int64, at least 1 each
     weights: torch.Tensor | None = None  # (N,) float32: how many measured points each stands for; None: one
 
-    @property
+    @cached_property
     def view(self) -> torch.Tensor:
         """The view (N,) of every point."""
         numbers = torch.arange(len(self.lengths), device=self.lengths.device)
         return numbers.repeat_interleave(self.lengths, output_size=len(self.points))
+
+    @cached_property
+    def spheres(self) -> tuple[torch.Tensor, torch.Tensor]:
+        """See `bounding_spheres`."""
+        return bounding_spheres(self)
 
 
 def trim(points: np.ndarray, share: float) -> np.ndarray:
@@ -43,8 +49,10 @@ def trim(points: np.ndarray, share: float) -> np.ndarray:
     dropped = int(np.ceil(share * len(points)))
     if dropped == 0 or dropped >= len(points):
         return points
-    squares = ((points - points.mean(axis=0, dtype=np.float64)) ** 2).sum(axis=1)
-    return points[squares <= np.partition(squares, len(points) - dropped - 1)[len(points) - dropped - 1]]
+    relative = points - points.mean(axis=0, dtype=np.float64).astype(points.dtype)
+    squares = np.einsum("ij,ij->i", relative, relative)
+    farthest = len(points) - dropped - 1
+    return points[squares <= np.partition(squares, farthest)[farthest]]
 
 
 def pack(clouds: list[np.ndarray], device: torch.device | str = "cpu") -> Clouds:
@@ -69,7 +77,7 @@ def voxel_indices(clouds: Clouds, div: int) -> torch.Tensor:
     The grid is the cube of side 2r about the centroid; a point at its very edge belongs to voxel div - 1. Views
     without extent lie in the middle.
     """
-    centroids, radii = bounding_spheres(clouds)
+    centroids, radii = clouds.spheres
     view = clouds.view
     side = torch.where(radii > 0, 2 * radii, 1)[view, None]
     corner = centroids[view] - side / 2  # (3.19)
