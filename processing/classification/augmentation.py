@@ -41,9 +41,11 @@ def augment(clouds: Clouds, up: torch.Tensor, settings: AugmentationSettings, ge
     def within(limit: float, *shape: int) -> torch.Tensor:
         return limit * (2 * draw(*shape) - 1)
 
-    turn = rotations(_vertical(up), torch.deg2rad(within(settings.turn_deg, size)))
+    vertical = _vertical(up)
+    turn = rotations(vertical, torch.deg2rad(within(settings.turn_deg, size)))
     x, _, z = torch.eye(3, device=device).expand(size, 3, 3).unbind(1)
-    upright = (draw(size) < settings.level) * torch.acos((-_vertical(up)[:, 1]).clamp(-1, 1))  # the elevation
+    elevation = torch.atan2(-vertical[:, 2], -vertical[:, 1])  # negative for a camera that looks up
+    upright = (draw(size) < settings.level) * elevation
     tilt = rotations(x, -upright) @ rotations(x, torch.deg2rad(within(settings.tilt_deg, size)))
     roll = rotations(z, torch.deg2rad(within(settings.roll_deg, size)))
     motion = roll @ tilt @ turn @ torch.diag_embed(1 + within(settings.stretch, size, 3))
