@@ -17,6 +17,7 @@ LEAST_DEVIATION = 0.35  # of log r: a third, however alike the instances are
 SIZE_RANGE = np.log(1000)  # of log r, where nothing is known of a thing: 5 mm to 5 m, say
 FUSED_VIEWS = 6  # that a session's threshold is set for
 DRAWS = 400  # of so many views each
+_RADII = 1e-9, 1e9  # [m] whose logarithm is taken; a view of one point, or of garbage, is outside
 
 
 def joint_logits(logits: np.ndarray, radii: np.ndarray, calibration: Calibration) -> np.ndarray:
@@ -24,7 +25,7 @@ def joint_logits(logits: np.ndarray, radii: np.ndarray, calibration: Calibration
     if not calibration.size_means:
         return logits
     means, deviations = np.array(calibration.size_means), np.array(calibration.size_deviations)
-    standard = (np.log(np.maximum(radii, 1e-9))[:, None] - means) / deviations
+    standard = (_log(radii)[:, None] - means) / deviations
     return logits - standard**2 / 2 - np.log(deviations * np.sqrt(2 * np.pi)) + np.log(SIZE_RANGE)
 
 
@@ -40,7 +41,7 @@ def open_set_scores(joint: np.ndarray) -> np.ndarray:
 
 def measure_sizes(radii: np.ndarray, categories: np.ndarray, count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Mean and standard deviation of log r [m] of each of `count` categories."""
-    logs = [np.log(radii[categories == c]) for c in range(count)]
+    logs = [_log(radii[categories == c]) for c in range(count)]
     deviations = [max(float(np.std(log)), LEAST_DEVIATION) for log in logs]
     return tuple(float(np.mean(log)) for log in logs), tuple(deviations)
 
@@ -75,6 +76,10 @@ def calibrate(
     return Calibration(
         temperature, _lowest_kept(scores), _lowest_kept(np.array(fused)), raw.size_means, raw.size_deviations
     )
+
+
+def _log(radii: np.ndarray) -> np.ndarray:
+    return np.log(np.clip(radii, *_RADII))
 
 
 def _lowest_kept(scores: np.ndarray) -> float:

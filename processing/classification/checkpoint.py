@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -87,12 +88,15 @@ def load(path: Path = PACKAGED) -> Checkpoint:
     if not path.is_file():
         raise UnreadableModel(path, "no such file", _REMEDY)
     try:
+        with zipfile.ZipFile(path) as archive:
+            if archive.testzip():  # torch does not look at the checksums
+                raise zipfile.BadZipFile
         content = torch.load(path, map_location="cpu", weights_only=True)
     except Exception as error:  # pickle, zip and torch have no common root
         raise UnreadableModel(path, f"is damaged or no model ({type(error).__name__})", _REMEDY) from None
     if not isinstance(content, dict) or {f.name for f in fields(Checkpoint)} - content.keys():
         raise UnreadableModel(path, "is no model of orbitscan", _REMEDY)
-    if content["format_version"] != FORMAT_VERSION:
+    if str(content["format_version"]) != str(FORMAT_VERSION):
         raise UnreadableModel(path, f"is of format {content['format_version']}, not {FORMAT_VERSION}", "train it anew")
     try:
         parts = {
@@ -103,6 +107,16 @@ def load(path: Path = PACKAGED) -> Checkpoint:
         }
         checkpoint = Checkpoint(**{f.name: content[f.name] for f in fields(Checkpoint)} | parts)
         checkpoint.network()
+        _check(checkpoint)
     except (RuntimeError, ScanError, ValidationError, TypeError, AttributeError, ValueError):
         raise UnreadableModel(path, "its weights do not fit the structure it names", "train it anew") from None
     return checkpoint
+
+
+def _check(checkpoint: Checkpoint) -> None:
+    means, deviations = checkpoint.calibration.size_means, checkpoint.calibration.size_deviations
+    counts = {len(checkpoint.orientations), len(means), len(deviations)}
+    if counts - {0, len(checkpoint.categories)} or len(means) != len(deviations):
+        raise ValueError("runs and sizes are of each category, or of none")
+    if min((checkpoint.calibration.temperature, *deviations)) <= 0:
+        raise ValueError("what is divided by is positive")

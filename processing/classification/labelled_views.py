@@ -53,8 +53,10 @@ class LabelledViews:
 
     @property
     def fingerprint(self) -> str:
-        """A hash of the points and what they are called: of what data a model was trained on."""
+        """A hash of the points, their sizes and what they are called: of what data a model was trained on."""
         digest = hashlib.sha256(self.points.tobytes())
+        for numbers in (self.starts, self.weights, self.radii, self.up, self.turns):
+            digest.update(numbers.tobytes())
         for words in (self.names, self.categories.tolist(), self.units.tolist()):
             digest.update(repr(words).encode())
         return digest.hexdigest()
@@ -133,8 +135,8 @@ def split_views(views: LabelledViews, validate: str = "last", test: str = "", se
     """Which views train, validate and test.
 
     `validate` and `test` choose instances of each category: `last` (in natural order), a number of them, a share such
-    as `20%` (drawn by the seed), and for the test also names or patterns of recordings. Raises InvalidOption where a
-    category would be left without a training instance.
+    as `20%` (drawn by the seed), and for the test also names or patterns of recordings, whose instances are tested
+    whole. Raises InvalidOption where a category would be left without a training instance.
     """
     rng = np.random.default_rng(seed)
     testing = _choose(views, np.arange(len(views)), test, "--test", rng)
@@ -154,14 +156,14 @@ def _choose(views: LabelledViews, rows: np.ndarray, text: str, option: str, rng:
     if not text:
         return np.empty(0, np.int64)
     share, count = text.removesuffix("%"), "1" if text == "last" else text
-    drawn = text.endswith("%") and share.replace(".", "", 1).isdigit() and 0 < float(share) < 100
-    if not drawn and not count.isdigit():
+    drawn = text.endswith("%") and share.replace(".", "", 1).isdecimal() and 0 < float(share) < 100
+    if not drawn and not count.isdecimal():
         patterns = [word.strip() for word in text.split(",")]
         chosen = [i for i in rows if any(fnmatchcase(views.sessions[i], pattern) for pattern in patterns)]
         if not chosen or option == "--validate":
             remedy = "give 'last', a number, a share such as 20%" + (", or names" if option == "--test" else "")
             raise InvalidOption(f"{option} {text}", "chooses nothing", remedy)
-        return np.array(chosen)
+        return rows[np.isin(views.units[rows], views.units[chosen])]
     chosen = []
     for index in range(len(views.names)):
         units = natsorted(set(views.units[rows][views.categories[rows] == index]))
