@@ -1,5 +1,7 @@
 """Views are kept compactly, and no instance stands on two sides of a split."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -116,7 +118,7 @@ def test_a_category_needs_an_instance_to_train_on():
     assert set(by_views.categories[split.train]) == {0, 1}
 
 
-@pytest.mark.parametrize("text", ["nothing", "0%", "100%", "-1"])
+@pytest.mark.parametrize("text", ["nothing", "0%", "100%", "-1", "1.5", "²", "²%", "%"])
 def test_a_choice_that_chooses_nothing_is_refused(views, text):
     with pytest.raises(InvalidOption, match="chooses nothing"):
         split_views(views, text)
@@ -124,10 +126,123 @@ def test_a_choice_that_chooses_nothing_is_refused(views, text):
         split_views(views, "last", text)
 
 
-def test_the_fingerprint_knows_points_and_labels(views):
-    assert gather(toys.sessions()).fingerprint == views.fingerprint
-    others = [
-        gather(toys.sessions(instances=3)),
-        gather([*toys.sessions(("ball", "plank")), *toys.sessions(("ball",))]),
+def test_a_batch_is_of_radius_one_and_weighs_what_was_measured():
+    points = np.random.default_rng(0).normal(size=(MAX_POINTS + 1, 3)).astype(np.float32)
+    found = gather([one(points), one(points[:40]), one(points[:50])])
+    batch = found.clouds(np.array([2, 0]))
+    assert batch.lengths.tolist() == [50, MAX_POINTS]
+    assert batch.weights[:50].tolist() == [1.0] * 50
+    assert float(batch.weights[50:].sum()) == pytest.approx(MAX_POINTS + 1)
+    for row, cloud in zip([2, 0], batch.points.split(batch.lengths.tolist()), strict=True):
+        assert float(cloud.norm(dim=1).max()) == pytest.approx(1, abs=1e-4)
+        np.testing.assert_allclose(cloud.numpy() * found.radii[row], found.cloud(row), rtol=1e-5, atol=1e-7)
+
+
+def test_a_view_of_one_place_has_no_extent():
+    found = gather([one(np.ones((20, 3), np.float32))])
+    assert found.radii[0] == 0
+    assert not found.points.any()
+
+
+def test_without_a_name_or_an_instance_it_is_a_recording_of_something_else():
+    nameless = [
+        one(toys.cloud("ball", np.random.default_rng(i)), name=f"{i}", category=None, instance=None) for i in (1, 2)
     ]
-    assert len({views.fingerprint, *(other.fingerprint for other in others)}) == 3
+    found = gather(nameless, names=("ball",))
+    assert (found.categories == -1).all()
+    assert len(set(found.units)) == 2
+
+
+def test_names_give_the_order_of_the_categories():
+    found = gather(toys.sessions(instances=1, views=1), names=("stick", "ball"))
+    assert dict(zip(found.units.tolist(), found.categories.tolist(), strict=True)) == {
+        "ball/1": 1,
+        "plank/1": -1,
+        "stick/1": 0,
+    }
+
+
+def test_joined_views_are_those_of_both(views):
+    others = gather(toys.sessions(("plank",), instances=2, views=3))
+    both = join(views, others)
+    for row in range(len(both)):
+        one, its = (views, row) if row < len(views) else (others, row - len(views))
+        np.testing.assert_array_equal(both.cloud(row), one.cloud(its))
+        assert (both.units[row], both.turns[row]) == (one.units[its], one.turns[its])
+
+
+def test_a_number_takes_so_many_of_the_last_of_each_category(views):
+    split = split_views(views, "2", "1")
+    assert set(views.units[split.test]) == {"ball/4", "plank/4", "stick/4"}
+    assert set(views.units[split.validation]) == {f"{name}/{i}" for name in toys.SHAPES for i in (2, 3)}
+    assert set(views.units[split.train]) == {"ball/1", "plank/1", "stick/1"}
+
+
+def test_a_share_is_of_the_instances_of_each_category(views):
+    split = split_views(views, "25%", "50%")
+    for rows, count in ((split.test, 2), (split.validation, 1), (split.train, 1)):  # a quarter of the two that are left
+        assert [len(set(views.units[rows][views.categories[rows] == c])) for c in range(3)] == [count] * 3
+
+
+def test_a_named_recording_takes_its_instance_to_the_test_whole():
+    def recordings(name):
+        clouds = [toys.session(name, i) for i in (1, 2, 3)]
+        return [
+            one(c.load(0).points, name=f"{name}_{c.info.instance}_{end}", category=name, instance=c.info.instance)
+            for c in clouds
+            for end in "ab"
+        ]
+
+    views = gather([*recordings("ball"), *recordings("plank")])
+    split = split_views(views, "last", "ball_1_a, plank_2*")
+    assert set(views.sessions[split.test]) == {"ball_1_a", "ball_1_b", "plank_2_a", "plank_2_b"}
+    assert set(views.units[split.validation]) == {"ball/3", "plank/3"}
+    assert set(views.units[split.train]) == {"ball/2", "plank/1"}
+
+
+def test_split_by_views_every_view_is_an_instance():
+    views = gather(toys.sessions(), split="views")
+    assert len(set(views.units)) == len(views)
+    split = split_views(views, "25%", "25%")
+    np.testing.assert_array_equal(np.bincount(views.categories[split.test]), 4)
+    np.testing.assert_array_equal(np.bincount(views.categories[split.validation]), 3)
+    last = split_views(views, "last").validation
+    assert set(views.units[last]) == {f"{name}/4/{name}_4/3" for name in toys.SHAPES}
+
+
+def test_something_else_is_trained_on_and_never_validated():
+    views = gather(toys.sessions(), names=("ball", "plank"))
+    split = split_views(views, "last", "1")
+    assert (views.categories[split.train] == -1).sum() == 16
+    assert (views.categories[np.concatenate([split.validation, split.test])] >= 0).all()
+
+
+def other(column, i=0):
+    def change(views):
+        changed = getattr(views, column).copy()
+        changed[i] += 1
+        return replace(views, **{column: changed})
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        *(other(column) for column in ("points", "radii", "weights", "up", "turns", "categories")),
+        other("points", -1),
+        other("starts", 1),
+        lambda views: replace(views, names=("ball", "plank", "pole")),
+        lambda views: replace(views, units=np.array(["ball/7", *views.units[1:]])),
+    ],
+)
+def test_the_fingerprint_knows_every_point_size_and_label(views, change):
+    assert gather(toys.sessions()).fingerprint == views.fingerprint
+    assert change(views).fingerprint != views.fingerprint
+
+
+def test_the_same_shape_twice_as_large_is_other_data():
+    points = np.round(toys.cloud("ball", np.random.default_rng(0)) * 1024) / 1024
+    small, large = gather([one(points)]), gather([one(2 * points)])
+    np.testing.assert_array_equal(small.points, large.points)
+    assert small.fingerprint != large.fingerprint
