@@ -1,5 +1,7 @@
 """Probabilities, sizes and thresholds by their formulas."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import log_softmax
@@ -61,7 +63,7 @@ def test_the_temperature_undoes_overconfidence(overconfident):
         logs = log_probabilities(logits, Calibration(temperature=temperature))
         return -logs[np.arange(len(logs)), categories].mean()
 
-    assert loss(found.temperature) < min(loss(0.9 * found.temperature), loss(1.1 * found.temperature))
+    assert loss(found.temperature) < min(loss(0.99 * found.temperature), loss(1.01 * found.temperature))
 
 
 def test_the_thresholds_keep_95_percent(overconfident):
@@ -72,3 +74,63 @@ def test_the_thresholds_keep_95_percent(overconfident):
     assert found.threshold < found.fused_threshold < np.mean(scores)
     again = calibrate(logits, np.ones(len(logits)), categories, sessions, ((), ()))
     assert again == found
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0, 8.0])
+def test_the_temperature_is_the_scale_of_the_logits(overconfident, scale):
+    logits, categories, sessions = overconfident
+    right = logits / 3
+    found = calibrate(scale * right, np.ones(len(logits)), categories, sessions, ((), ()))
+    assert found.temperature == pytest.approx(scale, rel=0.1)
+    as_it_was = calibrate(right, np.ones(len(logits)), categories, sessions, ((), ()))
+    assert found.temperature == pytest.approx(scale * as_it_was.temperature, rel=1e-3)
+
+
+def test_probabilities_are_the_softmax_of_shape_and_size_by_the_temperature():
+    joint, found = np.array([[1.0, 3.0], [800.0, -800.0]]), replace(MUGS_AND_CARS, temperature=2.0)
+    p = np.exp(log_probabilities(joint, found))
+    np.testing.assert_allclose(p[0], np.exp([0.5, 1.5]) / np.exp([0.5, 1.5]).sum())
+    np.testing.assert_allclose(p[1], [1, 0])
+
+
+def test_equal_shapes_are_told_apart_by_size_as_bayes_does():
+    radii = np.array([0.06, 0.3, 2.0])
+    p = np.exp(log_probabilities(joint_logits(np.zeros((3, 2)), radii, MUGS_AND_CARS), Calibration()))
+    densities = np.stack([norm.pdf(np.log(radii), np.log(0.06), 0.35), norm.pdf(np.log(radii), np.log(2.0), 0.4)], 1)
+    np.testing.assert_allclose(p, densities / densities.sum(axis=1, keepdims=True))
+    assert p[0, 0] > 0.999
+    assert p[2, 1] > 0.999
+
+
+def test_the_score_falls_the_farther_a_size_is_from_all(overconfident):
+    radii = 0.06 * np.array([1, 2, 4, 8])
+    mugs = Calibration(size_means=(np.log(0.06),) * 4, size_deviations=(0.35,) * 4)
+    scores = open_set_scores(joint_logits(np.tile(overconfident[0][0], (4, 1)), radii, mugs))
+    assert (np.diff(scores) < 0).all()
+    np.testing.assert_allclose(scores - scores[0], -((np.log(radii / 0.06) / 0.35) ** 2) / 2)
+
+
+def test_a_size_that_has_no_logarithm_is_far_from_all_and_finite():
+    joint = joint_logits(np.zeros((3, 2)), np.array([0.0, np.inf, 0.06]), MUGS_AND_CARS)
+    assert np.isfinite(joint).all()
+    assert (open_set_scores(joint)[:2] < -100).all()
+    means, deviations = measure_sizes(np.array([0.0, 0.06, 0.06]), np.array([0, 0, 1]), 2)
+    assert np.isfinite([*means, *deviations]).all()
+
+
+def test_the_thresholds_count_the_size_in(overconfident):
+    logits, categories, sessions = overconfident
+    radii = np.exp(np.random.default_rng(1).normal(-2, 0.5, len(logits)))
+    sizes = measure_sizes(radii, categories, 4)
+    found = calibrate(logits, radii, categories, sessions, sizes)
+    assert (found.size_means, found.size_deviations) == sizes
+    scores = open_set_scores(joint_logits(logits, radii, found))
+    assert (scores >= found.threshold).mean() == pytest.approx(0.95, abs=0.001)
+    rng = np.random.default_rng(2)
+    fused = [rng.choice(scores[sessions == i % 30], 6, replace=False).mean() for i in range(3000)]
+    assert (np.array(fused) >= found.fused_threshold).mean() == pytest.approx(0.95, abs=0.03)
+
+
+def test_one_recording_of_one_view_is_enough():
+    found = calibrate(np.array([[2.0, 0.0]]), np.ones(1), np.array([0]), np.array(["a"]), ((), ()))
+    assert found.threshold == found.fused_threshold == pytest.approx(np.log(np.exp(2) + 1))
