@@ -1,7 +1,8 @@
 """A model's file: whole or not at all, and never trusted."""
 
 import pickle
-from dataclasses import replace
+import zipfile
+from dataclasses import fields, replace
 
 import pytest
 import torch
@@ -57,6 +58,18 @@ def change(path, **values):
     torch.save(torch.load(path, weights_only=True) | values, path)
 
 
+def drop(path, name):
+    content = torch.load(path, weights_only=True)
+    torch.save({key: value for key, value in content.items() if key != name}, path)
+
+
+def flip(path):
+    """One bit of a weight."""
+    content = bytearray(path.read_bytes())
+    content[content.index(load(path).weights["categories.weight"].numpy().tobytes())] ^= 1
+    path.write_bytes(content)
+
+
 @pytest.mark.parametrize(
     ("spoil", "problem"),
     [
@@ -73,6 +86,20 @@ def change(path, **values):
         (lambda path: change(path, categories=["a", "b"]), "its weights do not fit the structure"),
         (lambda path: change(path, voxels={"div": "many"}), "its weights do not fit the structure"),
         (lambda path: change(path, calibration=3), "its weights do not fit the structure"),
+        (lambda path: change(path, weights={}), "its weights do not fit the structure"),
+        (lambda path: change(path, weights=3), "its weights do not fit the structure"),
+        (lambda path: change(path, orientations=(1, 4)), "its weights do not fit the structure"),
+        (lambda path: change(path, calibration={"size_means": (1.0,)}), "its weights do not fit the structure"),
+        (lambda path: change(path, calibration={"size_means": (1.0,) * 3}), "its weights do not fit the structure"),
+        (lambda path: change(path, calibration={"temperature": 0.0}), "its weights do not fit the structure"),
+        (lambda path: change(path, voxels={"div": 2}), "its weights do not fit the structure"),
+        (lambda path: change(path, format_version=torch.zeros(2)), "is of format"),
+        (lambda path: path.write_bytes(b""), "is damaged or no model"),
+        (lambda path: zipfile.ZipFile(path, "w").close(), "is damaged or no model"),
+        (lambda path: torch.save(torch.nn.Linear(2, 2), path), "is damaged or no model"),
+        (lambda path: torch.save(torch.nn.Linear(2, 2).state_dict(), path), "is no model of orbitscan"),
+        (lambda path: flip(path), "is damaged or no model"),
+        *((lambda path, name=f.name: drop(path, name), "is no model of orbitscan") for f in fields(Checkpoint)),
     ],
 )
 def test_what_is_no_model_is_refused_in_a_sentence(path, spoil, problem, capsys):
@@ -88,6 +115,38 @@ def test_a_place_that_cannot_be_written(model, tmp_path):
     with pytest.raises(UnwritableOutput, match="cannot be written"):
         save(model, tmp_path / "file" / "model.pt")
     assert [file.name for file in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_write_that_breaks_off_leaves_the_older_model(model, path, monkeypatch):
+    def full(content, part):
+        part.write_bytes(b"begun")
+        raise OSError(28, "No space left on device")
+
+    before = path.read_bytes()
+    monkeypatch.setattr(torch, "save", full)
+    with pytest.raises(UnwritableOutput, match=r"cannot be written \(No space left on device\); choose another place"):
+        save(model, path)
+    assert path.read_bytes() == before
+    assert [file.name for file in path.parent.iterdir()] == ["model.pt"]
+
+
+def test_a_folder_in_the_files_place_is_left_alone(model, tmp_path):
+    (tmp_path / "model.pt").mkdir()
+    with pytest.raises(UnwritableOutput, match="cannot be written"):
+        save(model, tmp_path / "model.pt")
+    assert [file.name for file in tmp_path.iterdir()] == ["model.pt"]
+
+
+def test_folders_are_made_and_the_name_is_kept(model, tmp_path):
+    save(model, tmp_path / "a" / "b" / "model")
+    assert load(tmp_path / "a" / "b" / "model").fingerprint == "abc"
+
+
+def test_weights_of_half_precision_classify_in_single(model, path):
+    save(replace(model, weights={name: weight.half() for name, weight in model.weights.items()}), path)
+    network = load(path).network()
+    assert {weight.dtype for weight in network.state_dict().values()} == {torch.float32}
+    assert not network.training
 
 
 def test_the_packaged_model_is_small_and_knows_the_ten_categories():
