@@ -58,7 +58,7 @@ def read_settings(path: Path, kind: type[Kind] = Settings) -> Kind:
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))
-        raise InvalidOption(path, f"{key}: {first['msg'].lower()}", "give a value of the right type") from None
+        raise InvalidOption(path, f"{key}: {first['msg'].lower()}", "give such a value") from None
 
 
 def _unknown_keys(table: dict[str, Any], settings: Any, prefix: str) -> tuple[str, list[str]] | None:

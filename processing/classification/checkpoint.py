@@ -80,19 +80,24 @@ def write(content: dict[str, Any], path: Path) -> None:
             part.unlink(missing_ok=True)
 
 
-def load(path: Path = PACKAGED) -> Checkpoint:
-    """The checkpoint in a file. Raises UnreadableModel.
+def read(path: Path) -> Any:
+    """What `write` wrote; only tensors and plain values, a file cannot bring code along. Raises for a damaged file.
 
-    Only tensors and plain values are read: a file cannot bring code along.
+    What it raises is pickle's, zip's or torch's: they have no common root.
     """
+    with zipfile.ZipFile(path) as archive:
+        if archive.testzip():  # torch does not look at the checksums
+            raise zipfile.BadZipFile
+    return torch.load(path, map_location="cpu", weights_only=True)
+
+
+def load(path: Path = PACKAGED) -> Checkpoint:
+    """The checkpoint in a file. Raises UnreadableModel."""
     if not path.is_file():
         raise UnreadableModel(path, "no such file", _REMEDY)
     try:
-        with zipfile.ZipFile(path) as archive:
-            if archive.testzip():  # torch does not look at the checksums
-                raise zipfile.BadZipFile
-        content = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # pickle, zip and torch have no common root
+        content = read(path)
+    except Exception as error:
         raise UnreadableModel(path, f"is damaged or no model ({type(error).__name__})", _REMEDY) from None
     if not isinstance(content, dict) or {f.name for f in fields(Checkpoint)} - content.keys():
         raise UnreadableModel(path, "is no model of orbitscan", _REMEDY)

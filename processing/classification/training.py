@@ -6,11 +6,13 @@ import hashlib
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
+from math import cos, pi
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import torch
+from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveInt
 from torch.nn import functional
 
 from processing.classification import checkpoint as files
@@ -36,10 +38,10 @@ class TrainingSettings:
     """How a network is trained so that it holds on other sensors; `THESIS` is how the thesis does it."""
 
     structure: str = ""  # empty: table 5.1's best, with a dense layer for the categories
-    epochs: int = 14
+    epochs: PositiveInt = 14
     init: Init = "glorot"  # thesis 3.2.1 to 3.2.3
     orientation: bool = False  # thesis 3.2.4: a second softmax for the side that is seen
-    runs: dict[str, int] = field(default_factory=lambda: dict(RUNS))  # thesis table 3.2; 1 for others
+    runs: dict[str, PositiveInt] = field(default_factory=lambda: dict(RUNS))  # thesis table 3.2; 1 for others
     voxels: VoxelSettings = field(default_factory=lambda: VoxelSettings(values="density", trim=0.005))
     augmentation: AugmentationSettings = field(
         default_factory=lambda: AugmentationSettings(
@@ -56,11 +58,11 @@ class TrainingSettings:
         )
     )
     # The rest is not in the thesis.
-    epoch_views: int = 1000  # that an epoch has at least: of a small set each is varied several times
-    dropout: float = DROPOUT
-    batch: int = 64
-    learning_rate: float = 1e-3  # of Adam, falling to 0 as a half cosine
-    unknown_share: float = 1.0  # views of other things for each view of the categories, where there are any
+    epoch_views: NonNegativeInt = 1000  # that an epoch has at least: of a small set each is varied several times
+    dropout: Annotated[float, Field(ge=0, lt=1)] = DROPOUT
+    batch: PositiveInt = 64
+    learning_rate: NonNegativeFloat = 1e-3  # of Adam, falling to 0 as a half cosine
+    unknown_share: NonNegativeFloat = 1.0  # views of other things for each view of the categories, where there are any
     size: bool = True  # the metric radius counts too
     precision: Literal["float32", "bfloat16"] = "float32"
 
@@ -138,7 +140,7 @@ def train(
         network.train()
         for step, rows in enumerate(np.array_split(order, batches), epoch * batches):
             for group in optimizer.param_groups:
-                group["lr"] = settings.learning_rate * (0.5 + 0.5 * np.cos(np.pi * step / (batches * settings.epochs)))
+                group["lr"] = settings.learning_rate * (0.5 + 0.5 * cos(pi * step / (batches * settings.epochs)))
             clouds = augment(
                 views.clouds(rows, device),
                 torch.from_numpy(views.up[rows]).to(device),
@@ -270,12 +272,13 @@ def _resume(
     if state is None or not state.is_file():
         return []
     try:
-        content = torch.load(state, map_location="cpu", weights_only=True)
+        content = files.read(state)
         if any(content[name] != value for name, value in key.items()):
             return []
+        records = [EpochRecord(**record) for record in content["records"]]
         network.load_state_dict(content["network"])
         optimizer.load_state_dict(content["optimizer"])
-        return [EpochRecord(**record) for record in content["records"]]
+        return records
     except Exception:  # a cut file is as good as none
         return []
 

@@ -6,21 +6,24 @@ how many belong to each. Sums of a view run in the order of its points.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import torch
+from pydantic import Field, PositiveInt
 
 
 @dataclass(frozen=True)
 class VoxelSettings:
     """How a view becomes the network's input."""
 
-    div: int = 32  # voxels along each side, thesis 3.1
+    div: PositiveInt = 32  # voxels along each side, thesis 3.1
     values: Literal["counts", "occupancy", "density"] = "counts"  # thesis 3.1: the number of points in a voxel
     # `density` (not in the thesis): counts over their mean in the view's occupied voxels, so that a scan twice as fine
     # or a camera twice as near gives the same grid
-    trim: float = 0.0  # not in the thesis: the share of points, farthest from the centroid, that is left out: a single
+    trim: Annotated[float, Field(ge=0, lt=1)] = (
+        0.0  # not in the thesis: the share of points, farthest from the centroid, that is left out: a single
+    )
     # stray one would shrink all others into the middle of the grid
 
 

@@ -30,6 +30,15 @@ def test_points_come_back_to_a_32767th_of_the_radius():
     assert found.points.nbytes == 6 * len(points)
 
 
+def test_six_bytes_a_point_are_all_that_is_kept():
+    rng = np.random.default_rng(0)
+    clouds = [rng.normal(size=(n, 3)).astype(np.float32) for n in (5000, 20, 3 * MAX_POINTS)]
+    found = gather([one(points) for points in clouds])
+    arrays = [value for value in vars(found).values() if isinstance(value, np.ndarray)]
+    kept = sum(array.nbytes if array.base is None else array.base.nbytes for array in arrays)
+    assert kept < 6 * (5000 + 20 + MAX_POINTS) + 3 * 200
+
+
 def test_a_large_view_is_thinned_and_its_points_stand_for_all():
     points = np.random.default_rng(0).normal(size=(3 * MAX_POINTS + 7, 3)).astype(np.float32)
     found = gather([one(points)])

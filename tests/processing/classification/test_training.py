@@ -19,6 +19,7 @@ from processing.classification.training import (
     train,
 )
 from processing.classification.voxels import VoxelSettings
+from processing.settings import read_settings
 from recorder import corpus
 from recorder.exceptions import InvalidOption
 from tests.processing.classification import toys
@@ -72,9 +73,10 @@ def test_a_training_that_was_stopped_ends_as_if_it_had_not_been(views, tmp_path)
     records, whole = run(views)
     state = tmp_path / "state"
     stopped = train(views, split_views(views, "last", "last"), SMALL, state=state)
-    next(stopped), next(stopped)
+    before = [next(stopped), next(stopped)]
     stopped.close()
     resumed_records, resumed = run(views, state=state)
+    assert [vars(record) for record in resumed_records[:2]] == [vars(record) for record in before]  # even the speeds
     assert_same_weights(whole, resumed)
     assert resumed.calibration == whole.calibration
     for a, b in zip(records, resumed_records, strict=True):
@@ -82,11 +84,42 @@ def test_a_training_that_was_stopped_ends_as_if_it_had_not_been(views, tmp_path)
 
 
 def test_the_state_of_another_training_or_a_cut_one_is_not_gone_on_from(views, tmp_path):
+    _, whole = run(views)
     state = tmp_path / "state"
-    *_, whole = train(views, split_views(views, "last", "last"), SMALL, seed=1)
-    for spoil in (lambda: run(views, seed=2, state=state), lambda: state.write_bytes(state.read_bytes()[:500])):
-        spoil()
-        assert_same_weights(run(views, seed=1, state=state)[1], whole)
+    others = gather(toys.sessions(instances=6))
+    for another in (
+        lambda: run(views, seed=2, state=state),
+        lambda: run(views, replace(SMALL, batch=8), state=state),
+        lambda: run(others, state=state),
+        lambda: list(train(views, split_views(views, "last", "2"), SMALL, state=state)),
+        lambda: list(train(views, split_views(views, "2", "last"), SMALL, state=state)),
+        lambda: state.write_bytes(state.read_bytes()[:500]),
+        lambda: state.write_bytes(b"something else"),
+        lambda: torch.save({"something": "else"}, state),
+    ):
+        another()
+        content = state.read_bytes()
+        assert_same_weights(run(views, state=state)[1], whole)
+        assert state.read_bytes() != content
+
+
+def test_a_flipped_bit_in_the_state_is_noticed(views, tmp_path):
+    state = tmp_path / "state"
+    _, whole = run(views, state=state)
+    damaged = bytearray(state.read_bytes())
+    weights = whole.weights["categories.weight"].numpy().tobytes()
+    damaged[damaged.index(weights) + 2] ^= 64
+    state.write_bytes(damaged)
+    assert_same_weights(run(views, state=state)[1], whole)
+
+
+def test_a_training_that_was_whole_gives_its_model_again(views, tmp_path):
+    state = tmp_path / "state"
+    records, whole = run(views, state=state)
+    again, model = run(views, state=state)
+    assert_same_weights(model, whole)
+    assert [vars(record) for record in again] == [vars(record) for record in records]  # not even their speeds differ
+    assert (model.calibration, model.metrics) == (whole.calibration, whole.metrics)
 
 
 @pytest.mark.parametrize("init", ["glorot", "dcae", "kmeans-pca", "kmeans-zca"])
@@ -173,6 +206,26 @@ def test_one_category_or_nothing_to_validate_is_refused_in_a_sentence(views):
         next(train(views, split_views(views, ""), SMALL))
     with pytest.raises(InvalidOption, match="has 5 outputs for 3 categories"):
         next(train(views, split_views(views), replace(SMALL, structure="C(8,3)-FC(5)")))
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("epochs = 0", "epochs"),
+        ("batch = 0", "batch"),
+        ("learning_rate = -1.0", "learning_rate"),
+        ("dropout = 1.0", "dropout"),
+        ("epoch_views = -1", "epoch_views"),
+        ("unknown_share = -0.1", "unknown_share"),
+        ("[runs]\nball = 0", "runs.ball"),
+        ("[voxels]\ndiv = 0", "voxels.div"),
+        ("[voxels]\ntrim = -0.5", "voxels.trim"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_named(tmp_path, text, key):
+    (tmp_path / "settings.toml").write_text(text)
+    with pytest.raises(InvalidOption, match=rf"settings.toml: {key}: input should be .*; give such a value"):
+        read_settings(tmp_path / "settings.toml", TrainingSettings)
 
 
 def test_a_record_is_made_after_each_epoch(views):
