@@ -11,7 +11,7 @@ import typer
 
 from processing.classification import PACKAGED
 from recorder import cli as recorder_cli
-from recorder.exceptions import InvalidOption, UnreadableCloud
+from recorder.exceptions import InvalidOption, UnreadableCloud, UnwritableOutput
 
 if TYPE_CHECKING:
     from processing.classification.labelled_views import LabelledViews, Split
@@ -27,9 +27,11 @@ def classify(
     model: Annotated[
         Path, typer.Option(help="Made by 'orbitscan train'. Default: the ten household things.")
     ] = PACKAGED,
-    axes: Annotated[str, typer.Option(help="Where x, y, z of a cloud point, as the camera sees it.")] = "RDF",
-    units: Annotated[Unit, typer.Option(help="Of a cloud's points.")] = "m",
-    scale: Annotated[float, typer.Option(help="Times the units of a cloud.")] = 1.0,
+    axes: Annotated[
+        str | None, typer.Option(help="Where x, y, z of a cloud point, as the camera sees it. Default: RDF.")
+    ] = None,
+    units: Annotated[Unit | None, typer.Option(help="Of a cloud's points. Default: m.")] = None,
+    scale: Annotated[float | None, typer.Option(help="Times the units of a cloud. Default: 1.")] = None,
     columns: Annotated[
         str | None, typer.Option(metavar="X,Y,Z", help="Which named columns of a text file are x, y, z.")
     ] = None,
@@ -47,6 +49,7 @@ def classify(
     from dataclasses import asdict
 
     from processing.classification.classifier import Classifier
+    from processing.results.files import describe_damage
 
     session = _open(what, axes, units, scale, columns)
     classifier = Classifier(model)
@@ -59,13 +62,17 @@ def classify(
         raise UnreadableCloud(what, "too few finite points to tell anything", "look at it with 'orbitscan view'")
     if json_:
         print(json.dumps(asdict(fused), indent=1))
-        return
-    for view in found if len(found) > 1 else ():
-        print(f"view {view.view:4d}  {_answer(view)}")
-    print(f"{what}: {_sentence(fused)}")
-    radius = classifier.odd_radius([view.points for view in chosen])
-    if radius is not None:
-        print(f"A radius of {radius:.3g} m is no size of any category: are --units and --scale right?")
+    else:
+        for view in found if len(found) > 1 else ():
+            print(f"view {view.view:4d}  {_answer(view)}")
+        print(f"{what}: {_sentence(fused)}")
+        radius = classifier.odd_radius([view.points for view in chosen])
+        if radius is not None:
+            print(f"A radius of {radius:.3g} m is no size of any category: are --units and --scale right?")
+    damage = describe_damage(session.damage, {view.index: view.damage for view in chosen if view.damage})
+    if damage:
+        typer.echo(f"{what}: {damage}", err=True)
+        raise typer.Exit(1)
 
 
 def train(
@@ -108,6 +115,7 @@ def train(
     from processing.classification.training import train as run
     from processing.review.training import TrainingReview
 
+    _check_output(output)
     chosen = _choose_settings(settings, structure, init, orientation, epochs)
     place = _device(device)
     paths = find_recordings(recordings)
@@ -145,11 +153,14 @@ def mount(app: typer.Typer) -> None:
         app.command()(command)
 
 
-def _open(what: Path, axes: str, units: str, scale: float, columns: str | None) -> Session:
+def _open(what: Path, axes: str | None, units: str | None, scale: float | None, columns: str | None) -> Session:
     """A recording, or a cloud as a session of one view."""
     if what.suffix.lower() == ".mcap":
         from recorder import mcap_file
 
+        for name, said in (("axes", axes), ("units", units), ("scale", scale), ("columns", columns)):
+            if said is not None:
+                raise InvalidOption(f"--{name} {said}", "a recording says it itself", "leave it out")
         return mcap_file.read(what)
     from recorder.sources import open_capture
     from recorder.sources.options import CaptureOptions
@@ -179,7 +190,10 @@ def _sentence(fused: SessionClassification) -> str:
 def _read(paths: list[Path], what: str) -> Iterator[Session]:
     from recorder import mcap_file
 
-    return recorder_cli.progress(map(mcap_file.read, paths), len(paths), what)
+    for session in recorder_cli.progress(map(mcap_file.read, paths), len(paths), what):
+        if session.damage:
+            typer.echo(f"{session.info.name}: {session.damage}", err=True)
+        yield session
 
 
 def _choose_settings(
@@ -205,14 +219,22 @@ def _choose_settings(
 def _device(name: str) -> str:
     import torch
 
+    count = torch.cuda.device_count()
     if name == "auto":
-        return "cuda" if torch.cuda.is_available() else "cpu"
-    if name.startswith("cuda") and not torch.cuda.is_available():
+        return "cuda" if count else "cpu"
+    if name.startswith("cuda") and not count:
         raise InvalidOption(f"--device {name}", "there is no CUDA device here", "give cpu, or leave it out")
-    try:
-        return str(torch.device(name))
-    except RuntimeError:
-        raise InvalidOption(f"--device {name}", "no device", "give auto, cpu or cuda") from None
+    if name not in ("cpu", "cuda", *(f"cuda:{i}" for i in range(count))):
+        raise InvalidOption(f"--device {name}", "no device", "give auto, cpu or cuda")
+    return name
+
+
+def _check_output(output: Path) -> None:
+    """Raises where a trained model could not be kept, before it is trained."""
+    if output.is_dir():
+        raise UnwritableOutput(output, "is a folder", "name a file, such as model.pt")
+    if output.suffix.lower() in (".mcap", ".rrd"):
+        raise InvalidOption(output, "is the name of a recording or a review", "let the model's end with .pt")
 
 
 def _describe(views: LabelledViews, rows: Split) -> str:

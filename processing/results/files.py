@@ -112,7 +112,7 @@ def to_json(result: SessionResult, key: Mapping[str, Any], path: Path, damage: s
         "input": {
             "path": path.as_posix(),
             "sha256": key["input_sha256"],
-            "damage": _describe_damage(damage, result.unreadable),
+            "damage": describe_damage(damage, result.unreadable),
         },
         "settings": dict(result.settings),
         "versions": {"orbitscan": version("orbitscan"), **{name: version(name) for name in _LIBRARIES}},
@@ -131,7 +131,8 @@ def to_json(result: SessionResult, key: Mapping[str, Any], path: Path, damage: s
     }
 
 
-def _describe_damage(damage: str | None, unreadable: Mapping[int, str]) -> str | None:
+def describe_damage(damage: str | None, unreadable: Mapping[int, str]) -> str | None:
+    """What of a recording is lost, in a phrase: its own damage, and the unreadable views by index; None for nothing."""
     parts = [damage] if damage else []
     if unreadable:
         runs = _runs(sorted(unreadable))

@@ -208,6 +208,7 @@ def test_workers_threads_and_repetition_do_not_change_a_byte(done, tmp_path):
     for name in ("blob", "second"):
         versions = {(tmp_path / out / name / "results.json").read_bytes() for out in ("two", "one", "again", "single")}
         assert len(versions) == 1
+        assert len(json.loads(versions.pop())["classification"]["views"]) == 2
 
 
 def test_methods_settings_and_the_thesis_preset(done, tmp_path):

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,27 @@ import pytest
 import torch
 
 from processing.classification import checkpoint
+from processing.classification.labelled_views import gather, split_views
+from processing.classification.training import THESIS, TrainingSettings, train
+from processing.cli import app
+from processing.settings import read_settings
+from recorder import cli as recorder_cli
 from recorder import mcap_file
 from recorder.sources import ply_file
 from tests.processing.classification import toys
 
 ORBITSCAN = Path(sys.executable).with_name("orbitscan")
 SMALL = 'structure = "C(4,3,2)-P(2)-FC(3)"\nepochs = 2\nepoch_views = 50\n[voxels]\ndiv = 12\nvalues = "density"\n'
+
+
+def refuse(folder, monkeypatch, capsys, *arguments):
+    """The one sentence that the command says, in this process, before it exits with status 2."""
+    monkeypatch.chdir(folder)
+    with pytest.raises(SystemExit) as exit_:
+        recorder_cli.run(app, [str(argument) for argument in arguments])
+    (sentence,) = capsys.readouterr().err.splitlines()
+    assert exit_.value.code == 2
+    return sentence
 
 
 def run(*arguments, cwd):
@@ -53,6 +69,62 @@ def test_train_writes_a_model_and_its_review_and_says_how_it_went(trained):
     assert model.voxels.div == 12
 
 
+def test_a_stopped_training_goes_on_where_it_was(trained):
+    folder, _ = trained
+    paths = sorted((folder / "toys").glob("*.mcap"))
+    settings = read_settings(folder / "small.toml", TrainingSettings)
+    views = gather(map(mcap_file.read, paths), trim_share=settings.voxels.trim)
+    state = folder / "resumed.pt.state"
+    stopped = train(views, split_views(views, "last", "last"), settings, state=state)
+    next(stopped)
+    stopped.close()
+    content = checkpoint.read(state)
+    content["records"][0]["views_per_second"] = 123456.0  # as no epoch that is run now would say
+    checkpoint.write(content, state)
+    options = ("--settings", "small.toml", "--test", "last", "--device", "cpu")
+    finished = run("train", "toys", "-o", "resumed.pt", *options, cwd=folder)
+    assert finished.returncode == 0, finished.stderr
+    first, second = (line for line in finished.stdout.splitlines() if line.startswith("epoch"))
+    assert first.endswith("123456 views/s")
+    assert second.startswith("epoch   2")
+    assert not second.endswith("123456 views/s")
+    whole, resumed = (checkpoint.load(folder / name) for name in ("toys.pt", "resumed.pt"))
+    assert all(torch.equal(whole.weights[name], resumed.weights[name]) for name in whole.weights)
+    assert {path.name for path in folder.glob("resumed*")} == {"resumed.pt", "resumed.rrd"}
+
+
+def test_the_command_line_wins_over_a_preset(trained):
+    folder, _ = trained
+    options = ("--settings", "thesis", "--structure", "C(2,5,4)-FC(3)", "--epochs", "1", "--init", "kmeans-pca")
+    finished = run("train", "toys", "-o", "thesis.pt", *options, "--every", "2", cwd=folder)
+    assert finished.returncode == 0, finished.stderr
+    expected = replace(THESIS, structure="C(2,5,4)-FC(3)", epochs=1, init="kmeans-pca")
+    assert checkpoint.load(folder / "thesis.pt").settings == asdict(expected)
+    assert "9 instances (18 views) train" in finished.stdout
+
+
+def test_other_things_and_sides_are_learnt(trained):
+    folder, _ = trained
+    known = [f"toys/{name}_{i}.mcap" for name in ("ball", "plank") for i in (1, 2)]
+    options = ("--settings", "small.toml", "--structure", "C(4,3,2)-FC(2)", "--orientation")
+    finished = run("train", *known, "--unknown", "toys/stick_1.mcap", "-o", "open.pt", *options, cwd=folder)
+    assert finished.returncode == 0, finished.stderr
+    model = checkpoint.load(folder / "open.pt")
+    assert (model.categories, model.orientations) == (("ball", "plank"), (1, 1))
+    assert model.settings["augmentation"]["turn_deg"] == 0  # a turned view shows another side
+    assert finished.stdout.startswith("2 categories: 3 instances (9 views) train, 2 instances (6 views) validate")
+
+
+def test_what_of_a_recording_is_lost_is_said(trained):
+    folder, _ = trained
+    whole = (folder / "toys" / "ball_1.mcap").read_bytes()
+    (folder / "cut.mcap").write_bytes(whole[: len(whole) // 2])
+    finished = run("classify", "cut.mcap", "--model", "toys.pt", "--json", cwd=folder)
+    assert finished.returncode == 1
+    assert finished.stderr == "cut.mcap: the file is cut or damaged at its end; views 1-2 unreadable\n"
+    assert [view["view"] for view in json.loads(finished.stdout)["views"]] == [0]
+
+
 def test_classify_answers_for_a_recording_and_for_a_cloud(trained):
     folder, _ = trained
     finished = run("classify", "toys/ball_1.mcap", "--model", "toys.pt", cwd=folder)
@@ -63,11 +135,16 @@ def test_classify_answers_for_a_recording_and_for_a_cloud(trained):
     points = next(iter(mcap_file.read(folder / "toys" / "ball_1.mcap").views())).points
     ply_file.write(folder / "ball.ply", points)
     (folder / "ball.csv").write_text("a,px,py,pz\n" + "".join(f"0,{x},{y},{z}\n" for x, y, z in points * 1000))
+    fields = (
+        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 200\nHEIGHT 1\nPOINTS 200\nDATA ascii\n"
+    )
+    (folder / "ball.pcd").write_text(fields + "".join(f"{x} {y} {z}\n" for x, y, z in points))
     answers = [
         json.loads(run("classify", *arguments, "--model", "toys.pt", "--json", cwd=folder).stdout)["views"][0]
         for arguments in (
             ("toys/ball_1.mcap", "--views", "0,"),
             ("ball.ply",),
+            ("ball.pcd",),
             ("ball.csv", "--units", "mm", "--columns", "px,py,pz"),
         )
     ]
@@ -118,19 +195,24 @@ def test_views_of_one_instance_may_be_split_and_it_says_so(trained):
         (("toys/ball_1.mcap", "toys/ball_2.mcap"), "ball: is the only category; give recordings of another one"),
         (("unlabelled.mcap",), "ball_1: does not say what it shows; convert it with --category"),
         (("empty",), "the folder holds no recording"),
+        (("toys", "--unknown", "nowhere"), "nowhere: no such file"),
+        (("toys", "--device", "meta"), "--device meta: no device; give auto, cpu or cuda"),
+        (("toys", "--device", "cuda:99"), "--device cuda:99: "),
+        (("toys", "--init", "dcae", "--structure", "FC(3)"), "has no convolution to pretrain"),
+        (("toys", "--validate", "0"), "leaves nothing to validate"),
+        (("toys", "-o", "toys"), "toys: is a folder; name a file, such as model.pt"),
+        (("toys", "-o", "wrong.rrd"), "wrong.rrd: is the name of a recording or a review; let the model's end with"),
+        (("toys", "-o", "wrong.mcap"), "wrong.mcap: is the name of a recording or a review"),
     ],
 )
-def test_wrong_input_of_train_is_one_sentence(trained, arguments, problem):
+def test_wrong_input_of_train_is_one_sentence(trained, monkeypatch, capsys, arguments, problem):
     folder, _ = trained
     mcap_file.write(toys.session("ball", 1, category=False), folder / "unlabelled.mcap")
     (folder / "wrong.toml").write_text("epoch = 3\n")
     (folder / "empty").mkdir(exist_ok=True)
-    finished = run("train", *arguments, "-o", "wrong.pt", cwd=folder)
-    assert finished.returncode == 2
-    assert problem in finished.stderr
-    assert len(finished.stderr.splitlines()) == 1
-    assert not list(folder.glob("wrong*.pt*"))
-    assert not list(folder.glob("*.rrd.part")) + list(folder.glob("*.part.rrd"))
+    assert problem in refuse(folder, monkeypatch, capsys, "train", "-o", "wrong.pt", *arguments)
+    assert {path.name for path in folder.glob("wrong*")} == {"wrong.toml"}
+    assert not list(folder.glob("*.part*")) + list(folder.glob("*.state"))
 
 
 @pytest.mark.parametrize(
@@ -143,10 +225,16 @@ def test_wrong_input_of_train_is_one_sentence(trained, arguments, problem):
         (("cloud.ply", "--model", "cut.pt"), "cut.pt: is damaged or no model"),
         (("cloud.ply", "--model", "other.pt"), "its weights do not fit the structure it names"),
         (("cloud.ply", "--model", "nothing.pt"), "nothing.pt: no such file"),
+        (("cloud.ply", "--model", "toys"), "toys: no such file; name a model made by 'orbitscan train'"),
         (("cloud.ply", "--axes", "XYZ"), "XYZ"),
+        (("cloud.ply", "--scale", "0"), "--scale 0: no positive number"),
+        (("cloud.ply", "--columns", "x,y"), "--columns x,y: no three names; write those of x, y and z"),
+        (("cloud.ply", "--columns", "x,y,z"), "cloud.ply is no text file; leave it out"),
+        (("toys/ball_1.mcap", "--units", "mm"), "--units mm: a recording says it itself; leave it out"),
+        (("toys/ball_1.mcap", "--views", "7:"), "--views 7:: selects no view"),
     ],
 )
-def test_wrong_input_of_classify_is_one_sentence(trained, arguments, problem):
+def test_wrong_input_of_classify_is_one_sentence(trained, monkeypatch, capsys, arguments, problem):
     folder, _ = trained
     points = toys.cloud("ball", np.random.default_rng(0))
     ply_file.write(folder / "cloud.ply", points)
@@ -155,7 +243,4 @@ def test_wrong_input_of_classify_is_one_sentence(trained, arguments, problem):
     whole = (folder / "toys.pt").read_bytes()
     (folder / "cut.pt").write_bytes(whole[: len(whole) // 2])
     torch.save(torch.load(folder / "toys.pt", weights_only=True) | {"structure": "C(9,3)-FC(3)"}, folder / "other.pt")
-    finished = run("classify", *arguments, cwd=folder)
-    assert finished.returncode == 2
-    assert problem in finished.stderr
-    assert len(finished.stderr.splitlines()) == 1
+    assert problem in refuse(folder, monkeypatch, capsys, "classify", *arguments)
