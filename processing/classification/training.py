@@ -103,7 +103,8 @@ def train(
 
     Views of category -1 teach what is none of the categories. `state` is a file for what is reached after each epoch:
     begun again with the same data, settings and seed, training goes on from there (its records come first) and ends
-    with the same weights. Raises InvalidOption for a structure that does not fit, one category only, or no validation.
+    with the same weights, if on as many threads. Raises InvalidOption for a structure that does not fit, one category
+    only, or no validation.
     """
     settings = settings or TrainingSettings()
     if len(views.names) < 2:

@@ -42,6 +42,15 @@ def run(*arguments, cwd):
     )  # fmt: skip
 
 
+@pytest.fixture
+def one_thread():
+    """torch on one thread, as the commands of these tests: sums of another order round to other last bits."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
     """A folder with recordings of three shapes, and a model trained on them."""
@@ -69,7 +78,7 @@ def test_train_writes_a_model_and_its_review_and_says_how_it_went(trained):
     assert model.voxels.div == 12
 
 
-def test_a_stopped_training_goes_on_where_it_was(trained):
+def test_a_stopped_training_goes_on_where_it_was(trained, one_thread):
     folder, _ = trained
     paths = sorted((folder / "toys").glob("*.mcap"))
     settings = read_settings(folder / "small.toml", TrainingSettings)
