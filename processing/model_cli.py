@@ -110,8 +110,8 @@ def train(
     """
     from processing.batch import find_recordings
     from processing.classification import checkpoint
+    from processing.classification.evaluation import EpochRecord
     from processing.classification.labelled_views import gather, join, split_views
-    from processing.classification.training import EpochRecord
     from processing.classification.training import train as run
     from processing.review.training import TrainingReview
 

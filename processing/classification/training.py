@@ -17,8 +17,9 @@ from torch.nn import functional
 
 from processing.classification import checkpoint as files
 from processing.classification.augmentation import AugmentationSettings, augment
-from processing.classification.calibration import calibrate, joint_logits, log_probabilities, measure_sizes
+from processing.classification.calibration import calibrate, joint_logits, measure_sizes
 from processing.classification.checkpoint import Calibration, Checkpoint
+from processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
 from processing.classification.initialization import Init, initialise
 from processing.classification.labelled_views import LabelledViews, Split
 from processing.classification.network import BODY, DROPOUT, Network
@@ -30,7 +31,7 @@ RUNS = {  # of a circle that the orientation head tells apart, thesis table 3.2
     "coffee_mug": 4, "dry_battery": 4, "notebook": 4, "pliers": 6, "water_bottle": 1,
 }  # fmt: skip
 _EVALUATED = 2000  # training views at most that the training loss is measured on, in evaluation mode
-_BATCH = 256  # views at once where nothing is learnt
+_CURVE = 100  # views of either set at most that a StepRecord is measured on
 
 
 @dataclass(frozen=True)
@@ -72,24 +73,6 @@ THESIS = TrainingSettings(  # counts, 2 epochs (3 in the orientation study), no 
 )
 
 
-@dataclass(frozen=True, eq=False)
-class EpochRecord:
-    """How a model does after an epoch; losses are categorical cross-entropies in evaluation mode."""
-
-    epoch: int  # from 1
-    train_loss: float
-    train_accuracy: float
-    validation_loss: float
-    validation_accuracy: float
-    confusion: tuple[tuple[int, ...], ...]  # validation views, row: true category, column: found one
-    views_per_second: float
-
-    @property
-    def overfitting(self) -> float:
-        """Validation loss minus training loss (thesis 5.1)."""
-        return self.validation_loss - self.train_loss
-
-
 def train(
     views: LabelledViews,
     split: Split,
@@ -98,8 +81,9 @@ def train(
     seed: int = 0,
     device: str = "cpu",
     state: Path | None = None,
-) -> Iterator[EpochRecord | Checkpoint]:
-    """An EpochRecord after each epoch, then the trained Checkpoint.
+    curve: int = 0,
+) -> Iterator[StepRecord | EpochRecord | Checkpoint]:
+    """An EpochRecord after each epoch, then the trained Checkpoint; `curve` StepRecords in every epoch.
 
     Views of category -1 teach what is none of the categories. `state` is a file for what is reached after each epoch:
     begun again with the same data, settings and seed, training goes on from there (its records come first) and ends
@@ -132,6 +116,12 @@ def train(
     sizes = measure_sizes(views.radii[known], views.categories[known], len(views.names)) if settings.size else ((), ())
     prior = Calibration(size_means=sizes[0], size_deviations=sizes[1])
     of_size = joint_logits(np.zeros((len(views), len(views.names))), views.radii, prior)  # the network adds the shape's
+    evaluator = Evaluator(views, of_size, settings.voxels, settings.precision, device)
+    seen, held = (
+        split.train[views.categories[split.train] >= 0],
+        split.validation[views.categories[split.validation] >= 0],
+    )
+    recorded = _spread(np.arange(1, batches + 1), curve)
     for epoch in range(len(records), settings.epochs):
         started = time.perf_counter()
         torch.manual_seed(seed * 1000 + epoch)  # of dropout
@@ -157,19 +147,27 @@ def train(
             optimizer.zero_grad()
             loss.backward()
             optimizer.step()
+            if step + 1 - epoch * batches in recorded:
+                paused = time.perf_counter()
+                scores, _ = evaluator.scores(network, _spread(seen, _CURVE), _spread(held, _CURVE))
+                yield StepRecord(**asdict(scores), step=step + 1)
+                network.train()
+                started += time.perf_counter() - paused
         seconds = time.perf_counter() - started
-        record = _evaluate_epoch(network, views, split, of_size, settings, epoch + 1, len(order) / seconds, device)
+        scores, found = evaluator.scores(network, _spread(seen, _EVALUATED), held)
+        confusion = evaluator.confusion(held, found)
+        record = EpochRecord(
+            **asdict(scores), epoch=epoch + 1, confusion=confusion, views_per_second=len(order) / seconds
+        )
         records.append(record)
         if state is not None:
             content = {"network": network.state_dict(), "optimizer": optimizer.state_dict()}
             files.write(key | content | {"records": [asdict(record) for record in records]}, state)
         yield record
 
-    validation, test = (rows[views.categories[rows] >= 0] for rows in (split.validation, split.test))
-    logits = predict(network, views, validation, settings, device)
-    calibration = calibrate(
-        logits, views.radii[validation], views.categories[validation], views.sessions[validation], sizes, seed
-    )
+    test = split.test[views.categories[split.test] >= 0]
+    logits = evaluator.predict(network, held)
+    calibration = calibrate(logits, views.radii[held], views.categories[held], views.sessions[held], sizes, seed)
     yield Checkpoint(
         weights={name: weight.detach().cpu() for name, weight in network.state_dict().items()},
         structure=structure,
@@ -179,8 +177,8 @@ def train(
         calibration=calibration,
         settings=asdict(settings),
         metrics={
-            name: _measure(predict(network, views, rows, settings, device), views, rows, calibration)
-            for name, rows in (("validation", validation), ("test", test))
+            name: evaluator.measure(network, rows, calibration)
+            for name, rows in (("validation", held), ("test", test))
             if len(rows)
         },
         fingerprint=views.fingerprint,
@@ -215,57 +213,6 @@ def orientation_loss(logits: torch.Tensor, labels: np.ndarray) -> torch.Tensor:
     return functional.cross_entropy(logits, targets, ignore_index=-1, reduction="sum") / len(labels)
 
 
-@torch.inference_mode()
-def predict(
-    network: Network, views: LabelledViews, rows: np.ndarray, settings: TrainingSettings, device: str = "cpu"
-) -> np.ndarray:
-    """Logits (V, C) float64 of the chosen views, unvaried."""
-    network.eval()
-    found = []
-    for batch in np.array_split(rows, -(-len(rows) // _BATCH)) if len(rows) else []:
-        with torch.autocast(torch.device(device).type, torch.bfloat16, settings.precision == "bfloat16"):
-            found.append(network(voxel_grids(views.clouds(batch, device), settings.voxels))[0].double().cpu().numpy())
-    return np.concatenate(found) if found else np.empty((0, len(views.names)))
-
-
-def _evaluate_epoch(
-    network: Network,
-    views: LabelledViews,
-    split: Split,
-    of_size: np.ndarray,
-    settings: TrainingSettings,
-    epoch: int,
-    speed: float,
-    device: str,
-) -> EpochRecord:
-    seen = split.train[views.categories[split.train] >= 0]
-    seen = seen[:: -(-len(seen) // _EVALUATED)]
-    held = split.validation[views.categories[split.validation] >= 0]
-    (train_loss, train_accuracy, _), (loss, accuracy, found) = (
-        _score(predict(network, views, rows, settings, device) + of_size[rows], views.categories[rows])
-        for rows in (seen, held)
-    )
-    confusion = np.zeros((len(views.names),) * 2, np.int64)
-    np.add.at(confusion, (views.categories[held], found), 1)
-    rows = tuple(tuple(int(n) for n in row) for row in confusion)
-    return EpochRecord(epoch, train_loss, train_accuracy, loss, accuracy, rows, speed)
-
-
-def _score(logits: np.ndarray, categories: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Cross-entropy, accuracy and the categories found."""
-    loss = functional.cross_entropy(torch.from_numpy(logits), torch.from_numpy(categories))
-    found = logits.argmax(axis=1)
-    return float(loss), float((found == categories).mean()), found
-
-
-def _measure(logits: np.ndarray, views: LabelledViews, rows: np.ndarray, calibration: Calibration) -> dict[str, float]:
-    """Loss and accuracy before calibration, which leaves the accuracy as it is, and the loss after it."""
-    joint, categories = joint_logits(logits, views.radii[rows], calibration), views.categories[rows]
-    loss, accuracy, _ = _score(joint, categories)
-    calibrated_loss, *_ = _score(log_probabilities(joint, calibration), categories)
-    return {"views": len(rows), "loss": loss, "accuracy": accuracy, "calibrated_loss": calibrated_loss}
-
-
 def _resume(
     state: Path | None, key: dict[str, Any], network: Network, optimizer: torch.optim.Optimizer
 ) -> list[EpochRecord]:
@@ -282,6 +229,13 @@ def _resume(
         return records
     except Exception:  # a cut file is as good as none
         return []
+
+
+def _spread(rows: np.ndarray, most: int) -> np.ndarray:
+    """At most so many of the rows, evenly chosen, the last among them."""
+    if most >= len(rows) or not most:
+        return rows[:most]
+    return rows[np.linspace(len(rows) / most, len(rows), most).round().astype(int) - 1]
 
 
 def _hash(split: Split) -> str:

@@ -17,7 +17,8 @@ from processing.review.matrix import draw_matrix, view_matrix
 from recorder.exceptions import UnwritableOutput
 
 if TYPE_CHECKING:
-    from processing.classification.training import EpochRecord, TrainingSettings
+    from processing.classification.evaluation import EpochRecord
+    from processing.classification.training import TrainingSettings
 
 EPOCH_TIMELINE = "epoch"  # from 1
 CURVES: dict[str, tuple[entities.Color, str]] = {

@@ -18,8 +18,9 @@ import numpy as np
 
 from processing.classification.classifier import Classifier
 from processing.classification.descriptor_matching import KINDS, build_database, classify_views
+from processing.classification.evaluation import EpochRecord
 from processing.classification.labelled_views import LabelledViews, gather, split_views
-from processing.classification.training import THESIS, EpochRecord, TrainingSettings, train
+from processing.classification.training import THESIS, TrainingSettings, train
 from recorder.objects import CATEGORIES
 from recorder.session import Session
 from recorder.sources import ply_file

@@ -19,8 +19,9 @@ from scipy.special import log_softmax
 from processing.batch import find_recordings
 from processing.classification.calibration import joint_logits
 from processing.classification.checkpoint import Checkpoint
+from processing.classification.evaluation import EpochRecord, predict
 from processing.classification.labelled_views import LabelledViews, gather, split_views
-from processing.classification.training import THESIS, EpochRecord, TrainingSettings, predict, train
+from processing.classification.training import THESIS, TrainingSettings, train
 from recorder import mcap_file
 
 INITS = ("glorot", "dcae", "kmeans-pca", "kmeans-zca")
@@ -28,7 +29,7 @@ INITS = ("glorot", "dcae", "kmeans-pca", "kmeans-zca")
 
 def measure(model: Checkpoint, views: LabelledViews, rows: np.ndarray, settings: TrainingSettings) -> dict[str, float]:
     """Loss, and accuracy by views and fused over recordings."""
-    logits = predict(model.network(), views, rows, settings)
+    logits = predict(model.network(), views, rows, settings.voxels, settings.precision)
     truth, sessions = views.categories[rows], views.sessions[rows]
     logs = log_softmax(joint_logits(logits, views.radii[rows], model.calibration), axis=1)
     names = np.unique(sessions)

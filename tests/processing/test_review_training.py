@@ -12,7 +12,8 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
-from processing.classification.training import EpochRecord, TrainingSettings
+from processing.classification.evaluation import EpochRecord
+from processing.classification.training import TrainingSettings
 from processing.review import entities
 from processing.review.matrix import draw_matrix
 from processing.review.training import TrainingReview, describe_epoch, tabulate_settings
@@ -22,8 +23,8 @@ from tests import viewer
 ROOT = Path(__file__).parents[2]
 CATEGORIES = ("bowl", "cap", "coffee_mug")
 RECORDS = [
-    EpochRecord(1, 1.1, 0.5, 1.2, 0.4, ((4, 4, 2), (5, 5, 0), (0, 0, 10)), 400.0),
-    EpochRecord(2, 0.3, 0.9, 0.5, 0.8, ((9, 1, 0), (0, 10, 0), (3, 0, 7)), 420.0),
+    EpochRecord(1.1, 0.5, 1.2, 0.4, 1, ((4, 4, 2), (5, 5, 0), (0, 0, 10)), 400.0),
+    EpochRecord(0.3, 0.9, 0.5, 0.8, 2, ((9, 1, 0), (0, 10, 0), (3, 0, 7)), 420.0),
 ]
 
 

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 import torch
 
+from processing.classification.evaluation import EpochRecord, StepRecord, predict
 from processing.classification.labelled_views import gather, split_views
 from processing.classification.training import (
     RUNS,
     THESIS,
-    EpochRecord,
     TrainingSettings,
     classification_loss,
     orientation_labels,
     orientation_loss,
-    predict,
     train,
 )
 from processing.classification.voxels import VoxelSettings
@@ -153,7 +152,7 @@ def test_other_things_are_learnt_to_be_unknown():
     settings = replace(SMALL, structure="C(8,3)-P(2)-FC(2)", epochs=12)
     split = split_views(views, "last")
     *_, model = train(views, split, settings)
-    logits = predict(model.network(), views, np.arange(len(views)), settings)
+    logits = predict(model.network(), views, np.arange(len(views)), settings.voxels)
     energy = np.logaddexp.reduce(logits, axis=1)
     assert np.median(energy[views.categories == -1]) < np.quantile(energy[views.categories >= 0], 0.05)
 
@@ -232,3 +231,14 @@ def test_a_record_is_made_after_each_epoch(views):
     first = next(train(views, split_views(views), SMALL))
     assert isinstance(first, EpochRecord)
     assert first.views_per_second > 0
+
+
+def test_a_curve_is_measured_between_epochs_and_changes_nothing():
+    views = gather(toys.sessions())
+    split = split_views(views)
+    plain = list(train(views, split, SMALL))
+    curved = list(train(views, split, SMALL, curve=3))
+    steps = [record for record in curved if isinstance(record, StepRecord)]
+    assert [record.step for record in steps] == [5, 9, 14, 19, 23, 28, 33, 37, 42, 47, 51, 56]
+    assert steps[-1].validation_loss == pytest.approx(plain[-2].validation_loss)  # all of so few views
+    assert all(torch.equal(plain[-1].weights[name], curved[-1].weights[name]) for name in plain[-1].weights)
