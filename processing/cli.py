@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from processing import model_cli
+from processing import model_cli, reproduce_cli
 from recorder import cli as recorder_cli
 from recorder.exceptions import InvalidOption
 
@@ -23,6 +23,7 @@ app = typer.Typer(
 )
 recorder_cli.mount(app)
 model_cli.mount(app)
+reproduce_cli.mount(app)
 
 _AMBIGUOUS = "the object looks the same from several sides; if you know the turntable's step, --step-deg settles it"
 _COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown

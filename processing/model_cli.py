@@ -117,7 +117,7 @@ def train(
 
     _check_output(output)
     chosen = _choose_settings(settings, structure, init, orientation, epochs)
-    place = _device(device)
+    place = choose_device(device)
     paths = find_recordings(recordings)
     views = gather(_read(paths, "Reading"), None, split, every, chosen.voxels.trim)
     if unknown:
@@ -145,6 +145,20 @@ def train(
     for name, values in result.metrics.items():
         print(f"{name}: " + ", ".join(f"{key.replace('_', ' ')} {value:.4g}" for key, value in values.items()))
     print(f"next: orbitscan classify SESSION.mcap --model {output}, or: orbitscan view {review}")
+
+
+def choose_device(name: str) -> str:
+    """The torch device that `--device` names. Raises InvalidOption."""
+    import torch
+
+    count = torch.cuda.device_count()
+    if name == "auto":
+        return "cuda" if count else "cpu"
+    if name.startswith("cuda") and not count:
+        raise InvalidOption(f"--device {name}", "there is no CUDA device here", "give cpu, or leave it out")
+    if name not in ("cpu", "cuda", *(f"cuda:{i}" for i in range(count))):
+        raise InvalidOption(f"--device {name}", "no device", "give auto, cpu or cuda")
+    return name
 
 
 def mount(app: typer.Typer) -> None:
@@ -214,19 +228,6 @@ def _choose_settings(
     if chosen.orientation:  # a turned view shows another side
         chosen = replace(chosen, augmentation=replace(chosen.augmentation, turn_deg=0.0))
     return chosen
-
-
-def _device(name: str) -> str:
-    import torch
-
-    count = torch.cuda.device_count()
-    if name == "auto":
-        return "cuda" if count else "cpu"
-    if name.startswith("cuda") and not count:
-        raise InvalidOption(f"--device {name}", "there is no CUDA device here", "give cpu, or leave it out")
-    if name not in ("cpu", "cuda", *(f"cuda:{i}" for i in range(count))):
-        raise InvalidOption(f"--device {name}", "no device", "give auto, cpu or cuda")
-    return name
 
 
 def _check_output(output: Path) -> None:

@@ -1,0 +1,101 @@
+"""The views that the classification studies learn from: the virtual corpus, or the Washington dataset."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from processing.classification.labelled_views import LabelledViews, Split, gather, split_views
+from processing.reproduction.files import write_whole
+from processing.reproduction.plan import Plan
+from recorder import corpus, mcap_file
+from recorder.exceptions import InvalidOption
+from recorder.session import Session
+from recorder.sources import washington
+from recorder.sources.options import CaptureOptions
+
+
+@dataclass(frozen=True)
+class Data:
+    """Labelled views in a file."""
+
+    path: Path
+    fingerprint: str  # of the views
+
+
+def provide(plan: Plan) -> Data:
+    """The views of a plan, gathered once: each `plan.every`-th of every circle of thesis table 3.1.
+
+    Raises InvalidOption where the dataset lacks a category, and what recording or reading raises.
+    """
+    path = plan.folder / f"views-every-{plan.every}.npz"
+    source = "virtual" if plan.dataset is None else str(plan.dataset.resolve())
+    fingerprint = _known(path, source)
+    if fingerprint is None:
+        sessions = list(open_circles(plan))
+        every = 1 if plan.dataset is None else plan.every  # a virtual circle is recorded thinned
+        views = gather(
+            plan.progress(sessions, len(sessions), "Reading the views"), tuple(corpus.INSTANCES), every=every
+        )
+        split(views)
+        fingerprint = views.fingerprint
+        _save(views, path, source, fingerprint)
+    return Data(path, fingerprint)
+
+
+@lru_cache(maxsize=1)
+def load(data: Data) -> LabelledViews:
+    """The views in the file; kept, since a process does many runs on the same."""
+    with np.load(data.path) as file:
+        columns = {f.name: file[f.name] for f in fields(LabelledViews)}
+    return LabelledViews(**columns | {"names": tuple(columns["names"].tolist())})
+
+
+def split(views: LabelledViews) -> Split:
+    """The split of table 3.1: the last instance of each category is tested.
+
+    The thesis chooses nothing by validation views, and has none: here the test's take their place, so that what
+    training records after each step are the thesis's figures.
+    """
+    return split_views(views, validate="last")
+
+
+def open_circles(plan: Plan) -> list[Session]:
+    """The sessions of a plan's circles, one for every instance and height; virtual ones are recorded first."""
+    if plan.dataset is not None:
+        return _find_circles(plan.dataset)
+    folder = plan.folder / f"corpus-every-{plan.every}"
+    circles = corpus.plan(corpus.INSTANCES)
+    recorded = corpus.record_all(circles, folder, corpus.Camera(every=plan.every), plan.workers)
+    for _ in plan.progress(recorded, len(circles), "Recording the virtual corpus"):
+        pass
+    return [mcap_file.read(folder / f"{circle.name}.mcap") for circle in circles]
+
+
+def _find_circles(dataset: Path) -> list[Session]:
+    found = [s for s in washington.sessions(dataset, CaptureOptions()) if s.info.category in corpus.INSTANCES]
+    categories: Iterable[str] = {session.info.category for session in found}
+    if missing := [name for name in corpus.INSTANCES if name not in categories]:
+        raise InvalidOption(dataset, f"holds no {missing[0]}", "name the Washington dataset's folder of point clouds")
+    return found
+
+
+def _save(views: LabelledViews, path: Path, source: str, fingerprint: str) -> None:
+    content = io.BytesIO()
+    columns = {f.name: np.asarray(getattr(views, f.name)) for f in fields(views)}
+    np.savez(content, source=source, fingerprint=fingerprint, **columns)
+    write_whole(path, content.getvalue())
+
+
+def _known(path: Path, source: str) -> str | None:
+    """The fingerprint of the views in a file; None where there are none of that source."""
+    try:
+        with np.load(path) as file:
+            return str(file["fingerprint"]) if str(file["source"]) == source else None
+    except (OSError, ValueError, KeyError, EOFError):
+        return None

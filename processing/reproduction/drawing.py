@@ -1,0 +1,115 @@
+"""Figures with matplotlib, readable in black and white: hatches and line styles tell apart what colours do."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#555555")  # Okabe and Ito's
+LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 3)))
+MARKERS = "osD^vPX"
+HATCHES = ("", "//", "..", "xx", "\\\\", "++", "oo")
+_STYLE = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#dddddd",
+    "legend.frameon": False,
+    "figure.dpi": 150,
+}
+_NOTCHED = 8  # runs; a notch over fewer reaches beyond its box
+
+
+def new_figure(rows: int = 1, columns: int = 1, width: float = 7.0, height: float = 3.2) -> tuple[Figure, np.ndarray]:
+    """A figure of so many inches, and its axes (rows, columns)."""
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def draw_boxes(axes: Axes, samples: Mapping[str, Sequence[float]], label: str, sideways: bool = False) -> None:
+    """A notched box plot of each sample, its runs as points; of few runs the points and their median alone."""
+    for place, values in enumerate(samples.values()):
+        if len(values) >= _NOTCHED:
+            axes.boxplot(
+                values,
+                positions=[place],
+                orientation="horizontal" if sideways else "vertical",
+                widths=0.5,
+                notch=True,
+                showfliers=False,
+                medianprops={"color": "black", "linewidth": 1.5},
+            )
+        else:
+            (axes.vlines if sideways else axes.hlines)(
+                np.median(values), place - 0.25, place + 0.25, color="black", linewidth=1.5
+            )
+        spread = place + (np.linspace(-0.12, 0.12, len(values)) if len(values) > 1 else np.zeros(1))
+        along = (values, spread) if sideways else (spread, values)
+        axes.plot(*along, "o", markersize=3, color=COLORS[0], alpha=0.7, markeredgewidth=0)
+    if sideways:
+        axes.set_yticks(range(len(samples)), list(samples))
+        axes.set_ylim(len(samples) - 0.4, -0.6)
+        axes.set_xlabel(label)
+    else:
+        axes.set_xticks(range(len(samples)), list(samples))
+        axes.set_xlim(-0.6, len(samples) - 0.4)
+        axes.set_ylabel(label)
+    axes.grid(visible=False, axis="y" if sideways else "x")
+
+
+def draw_curves(axes: Axes, x: Sequence[float], series: Mapping[str, np.ndarray], label: str, x_label: str) -> None:
+    """The mean over the runs (runs, steps) of each series, least to most as a band."""
+    for i, (name, runs) in enumerate(series.items()):
+        runs = np.atleast_2d(runs)
+        axes.plot(x, runs.mean(axis=0), linestyle=LINES[i], color=COLORS[i], linewidth=1.5, label=name)
+        if len(runs) > 1:
+            axes.fill_between(x, runs.min(axis=0), runs.max(axis=0), color=COLORS[i], alpha=0.12, linewidth=0)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(label)
+    axes.set_xlim(min(x), max(x))
+
+
+def draw_bars(axes: Axes, groups: Sequence[str], series: Mapping[str, Sequence[float]], label: str) -> None:
+    """A bar in each group for each series; NaN: none."""
+    width = 0.8 / len(series)
+    places = np.arange(len(groups))
+    for i, (name, values) in enumerate(series.items()):
+        offset = (i - (len(series) - 1) / 2) * width
+        axes.bar(
+            places + offset,
+            values,
+            width,
+            color=COLORS[i],
+            hatch=HATCHES[i],
+            edgecolor="white",
+            linewidth=0.5,
+            label=name,
+        )
+    axes.set_xticks(places, groups)
+    axes.set_ylabel(label)
+    axes.grid(visible=False, axis="x")
+
+
+def draw_matrix(axes: Axes, counts: np.ndarray, names: Sequence[str]) -> None:
+    """A confusion matrix (true category, found one) in per cent of each row, the counts' share as numbers."""
+    shares = 100 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    axes.imshow(shares, cmap="Greys", vmin=0, vmax=100)
+    for row, column in zip(*np.nonzero(shares >= 0.5), strict=True):
+        color = "white" if shares[row, column] > 50 else "black"
+        axes.text(column, row, f"{shares[row, column]:.0f}", ha="center", va="center", color=color, fontsize=7)
+    axes.set_xticks(range(len(names)), names, rotation=45, ha="right", rotation_mode="anchor")
+    axes.set_yticks(range(len(names)), names)
+    axes.set_xlabel("taken for")
+    axes.set_ylabel("true category")
+    axes.grid(visible=False)
+
+
+def legend_below(figure: Figure, axes: Axes) -> None:
+    """One legend for all axes, below them."""
+    handles, names = axes.get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 4))

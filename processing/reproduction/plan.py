@@ -1,0 +1,45 @@
+"""How large a reproduction is, and where it is kept."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from recorder.exceptions import InvalidOption
+
+Progress = Callable[[Iterable[Any], int, str], Iterator[Any]]
+
+
+def silent(items: Iterable[Any], total: int, what: str) -> Iterator[Any]:
+    """No progress is shown."""
+    return iter(items)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What all studies of a reproduction share. Raises InvalidOption for what cannot be."""
+
+    folder: Path
+    runs: int = 10  # thesis: 10 of each structure (table 5.1), 20 of each initialisation (table 5.4)
+    fraction: float = 1.0  # of the thesis's views
+    dataset: Path | None = None  # the Washington RGB-D Object dataset; None: the virtual corpus
+    device: str = "cpu"
+    precision: Literal["float32", "bfloat16"] = "float32"  # of the networks
+    workers: int = 1  # runs at the same time, a thread each
+    progress: Progress = silent
+
+    def __post_init__(self) -> None:
+        if not 0 < self.fraction <= 1:
+            raise InvalidOption(f"--fraction {self.fraction:g}", "is no share of the views", "give 0.01 to 1")
+        if self.runs < 1:
+            raise InvalidOption(f"--runs {self.runs}", "leaves nothing to show", "give 1 or more")
+
+    @property
+    def every(self) -> int:
+        """Of a circle's views each so-many-th is used."""
+        return max(1, round(1 / self.fraction))
+
+    @property
+    def seeds(self) -> range:
+        """A seed for each run; the same in all studies, so that runs are compared in pairs."""
+        return range(self.runs)

@@ -1,0 +1,96 @@
+"""What a study found: numbers as CSV and JSON, figures as PNG and SVG, and what they say in plain words."""
+
+import csv
+import io
+import json
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from os import cpu_count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from processing.reproduction.files import write_whole
+from processing.reproduction.plan import Plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMAT_VERSION = 1
+_LIBRARIES = ("numpy", "scipy", "numba", "torch", "scikit-learn", "open3d", "matplotlib")
+Row = Mapping[str, str | int | float | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """A table or figure of the thesis, made again."""
+
+    name: str  # as the command names it: table-5.1
+    title: str
+    rows: Sequence[Row]  # all of the same keys, units in their names; None: not known
+    said: Sequence[str]  # sentences, computed from the numbers
+    figures: Mapping[str, "Figure"] = field(default_factory=dict)  # by file name, without the ending
+    settings: Mapping[str, Any] = field(default_factory=dict)  # besides the plan's
+    shown: Sequence[str] = ()  # keys of the columns that are printed; all where there are none
+
+
+def write(report: Report, plan: Plan, command: str) -> list[Path]:
+    """Write NAME.csv, NAME.json and the figures into the plan's folder; the paths. Raises UnwritableOutput."""
+    folder = plan.folder
+    paths = [folder / f"{report.name}.csv", folder / f"{report.name}.json"]
+    for name, figure in report.figures.items():
+        for ending in ("png", "svg"):
+            paths.append(folder / f"{name}.{ending}")
+            write_whole(paths[-1], _render(figure, ending))
+    write_whole(paths[0], _csv(report.rows))
+    write_whole(paths[1], json.dumps(_describe(report, plan, command), indent=1) + "\n")
+    return paths
+
+
+def _csv(rows: Sequence[Row]) -> str:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _describe(report: Report, plan: Plan, command: str) -> dict[str, Any]:
+    return {
+        "format_version": FORMAT_VERSION,
+        "name": report.name,
+        "title": report.title,
+        "command": command,
+        "said": list(report.said),
+        "rows": list(report.rows),
+        "figures": list(report.figures),
+        "data": "virtual corpus" if plan.dataset is None else "Washington RGB-D Object dataset",
+        "runs": plan.runs,
+        "seeds": list(plan.seeds),
+        "fraction": plan.fraction,
+        "device": plan.device,
+        "precision": plan.precision,
+        "settings": report.settings,
+        "versions": {name: version(name) for name in ("orbitscan", *_LIBRARIES)},
+        "machine": _machine(plan.device),
+    }
+
+
+def _machine(device: str) -> dict[str, Any]:
+    machine = {"system": platform.platform(), "processor": platform.machine(), "cores": cpu_count()}
+    if device.startswith("cuda"):
+        import torch
+
+        machine["gpu"] = torch.cuda.get_device_name(device)
+    return machine
+
+
+def _render(figure: "Figure", ending: str) -> bytes:
+    from matplotlib import rc_context
+
+    content = io.BytesIO()
+    with rc_context({"svg.hashsalt": "orbitscan", "svg.fonttype": "none"}):
+        # no date: the same numbers give the same file
+        figure.savefig(content, format=ending, metadata={"Date": None} if ending == "svg" else None)
+    return content.getvalue()

@@ -1,0 +1,92 @@
+"""Runs that are kept: each one's result is a file, and what is finished is not done again."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib.metadata import version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, Protocol
+
+from processing.reproduction.files import write_whole
+from processing.reproduction.plan import Plan
+
+
+class Task(Protocol):
+    """What a run depends on, and nothing else: equal tasks are done once, whichever study asks."""
+
+    @property
+    def name(self) -> str:
+        """Of the run's file, readable."""
+
+    @property
+    def key(self) -> dict[str, Any]:
+        """All that the result depends on, as JSON holds it; no paths."""
+
+
+Work = Callable[[Any], dict[str, Any]]
+
+
+def keep(plan: Plan, work: Work, tasks: Sequence[Task], what: str) -> list[dict[str, Any]]:
+    """The result of each task, in their order; `work` does one, as a function that another process can import.
+
+    A finished run is read from `FOLDER/runs`; others are worked on with one thread each, `plan.workers` at a time, and
+    written as soon as they are done: a stopped study loses the runs in flight.
+    """
+    folder = plan.folder / "runs"
+    missing = {_path(folder, task): task for task in tasks if _read(_path(folder, task), task) is None}
+    for _ in plan.progress(_work_on(missing, work, plan.workers), len(missing), what) if missing else ():
+        pass
+    results = [_read(_path(folder, task), task) for task in tasks]
+    assert all(result is not None for result in results)
+    return results  # type: ignore[return-value]
+
+
+def _work_on(missing: dict[Path, Task], work: Work, workers: int) -> Iterator[Path]:
+    workers = min(workers, len(missing))
+    if workers == 1:
+        yield from (_finish(work, task, path) for path, task in missing.items())
+        return
+    # spawn: forked children hang in libraries that had already started threads
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        try:
+            pending = [pool.submit(_finish, work, task, path) for path, task in missing.items()]
+            yield from (future.result() for future in as_completed(pending))
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _finish(work: Work, task: Task, path: Path) -> Path:
+    """Do a task and keep its result; on one thread: a sum in another order might differ in its last bit."""
+    import numba
+    import torch
+
+    threads = torch.get_num_threads(), numba.get_num_threads()
+    torch.set_num_threads(1)
+    numba.set_num_threads(1)
+    try:
+        result = work(task)
+    finally:
+        torch.set_num_threads(threads[0])
+        numba.set_num_threads(threads[1])
+    write_whole(path, json.dumps({"key": _key(task), "result": result}, indent=1) + "\n")
+    return path
+
+
+def _read(path: Path, task: Task) -> dict[str, Any] | None:
+    """A finished run's result; None where it is missing, of another key, or cannot be read."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return content["result"] if content["key"] == _key(task) else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _key(task: Task) -> dict[str, Any]:
+    return json.loads(json.dumps({"orbitscan": version("orbitscan")} | task.key))  # a tuple is read back as a list
+
+
+def _path(folder: Path, task: Task) -> Path:
+    digest = hashlib.sha256(json.dumps(_key(task), sort_keys=True).encode()).hexdigest()
+    return folder / f"{task.name}-{digest[:12]}.json"
