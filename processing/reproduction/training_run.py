@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -71,11 +71,18 @@ def train_once(task: Training) -> dict[str, Any]:
     }
 
 
-def run_trainings(plan: Plan, changes: Sequence[dict[str, Any]], what: str, curves: bool = False) -> list[list[dict]]:
-    """For each change of the thesis's settings the results of all runs, in the order of the plan's seeds."""
+def run_trainings(plan: Plan, changes: Sequence[dict[str, Any]], what: str) -> list[list[dict[str, Any]]]:
+    """For each change of the thesis's settings the results of all runs, in the order of the plan's seeds.
+
+    The best structure's runs have their curve, so that all studies share them.
+    """
     found = data.provide(plan)
     settings = [replace(THESIS, **({"structure": BEST, "precision": plan.precision} | change)) for change in changes]
-    tasks = [Training(found, how, seed, plan.device, CURVE if curves else 0) for seed in plan.seeds for how in settings]
+    tasks = [
+        Training(found, how, seed, plan.device, CURVE if how.structure == BEST else 0)
+        for seed in plan.seeds
+        for how in settings
+    ]
     results = keep(plan, train_once, tasks, what)
     return [results[i :: len(settings)] for i in range(len(settings))]
 
@@ -85,6 +92,45 @@ def column(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> lis
     return [factor * run[key] for run in runs]
 
 
-def curve(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> np.ndarray:
-    """One curve of every run, (runs, steps)."""
-    return factor * np.array([run["curve"][key] for run in runs])
+def curves(named: Mapping[str, Sequence[dict[str, Any]]], key: str, factor: float = 1.0) -> dict[str, np.ndarray]:
+    """One curve of every run, (runs, steps), by name."""
+    return {name: factor * np.array([run["curve"][key] for run in runs]) for name, runs in named.items()}
+
+
+def tabulate_runs(named: Mapping[str, Sequence[dict[str, Any]]], label: str) -> list[dict[str, Any]]:
+    """A row for each run: its scores on the test views."""
+    return [
+        {
+            label: name,
+            "run": i,
+            "accuracy_percent": 100 * run["accuracy"],
+            "loss": run["loss"],
+            "train_loss": run["train_loss"],
+            "overfitting": run["overfitting"],
+            "seconds": run["seconds"],
+        }
+        for name, runs in named.items()
+        for i, run in enumerate(runs)
+    ]
+
+
+def tabulate_curves(named: Mapping[str, Sequence[dict[str, Any]]], label: str) -> list[dict[str, Any]]:
+    """A row for each point of each curve, the mean of the runs."""
+    return [
+        {
+            label: name,
+            "step": step,
+            "accuracy_percent": 100 * accuracy,
+            "loss": loss,
+            "overfitting": loss - train_loss,
+        }
+        for name, runs in named.items()
+        for step, accuracy, loss, train_loss in zip(
+            runs[0]["curve"]["step"],
+            *(
+                np.mean([run["curve"][key] for run in runs], axis=0).tolist()
+                for key in ("validation_accuracy", "validation_loss", "train_loss")
+            ),
+            strict=True,
+        )
+    ]
