@@ -9,6 +9,7 @@ import typer
 from processing import model_cli, reproduce_cli
 from recorder import cli as recorder_cli
 from recorder.exceptions import InvalidOption
+from recorder.progress import progress
 
 if TYPE_CHECKING:
     from processing.batch import Job, Outcome
@@ -78,7 +79,7 @@ def process(
     )
     _compile()
     outcomes = []
-    for outcome in recorder_cli.progress(process_all(found, job, workers), len(found), "Processing"):
+    for outcome in progress(process_all(found, job, workers), len(found), "Processing"):
         if outcome.error is not None and len(found) == 1:
             raise outcome.error
         typer.echo(f"{outcome.recording}: {outcome.message}", err=outcome.error is not None)

@@ -12,6 +12,7 @@ import typer
 from processing.classification import PACKAGED
 from recorder import cli as recorder_cli
 from recorder.exceptions import InvalidOption, UnreadableCloud, UnwritableOutput
+from recorder.progress import progress
 
 if TYPE_CHECKING:
     from processing.classification.labelled_views import LabelledViews, Split
@@ -204,7 +205,7 @@ def _sentence(fused: SessionClassification) -> str:
 def _read(paths: list[Path], what: str) -> Iterator[Session]:
     from recorder import mcap_file
 
-    for session in recorder_cli.progress(map(mcap_file.read, paths), len(paths), what):
+    for session in progress(map(mcap_file.read, paths), len(paths), what):
         if session.damage:
             typer.echo(f"{session.info.name}: {session.damage}", err=True)
         yield session

@@ -10,8 +10,8 @@ import typer
 
 from processing.model_cli import choose_device
 from processing.reproduction import STUDIES, find
-from recorder import cli as recorder_cli
 from recorder.exceptions import InvalidOption
+from recorder.progress import progress
 
 if TYPE_CHECKING:
     from processing.reproduction.report import Report
@@ -59,7 +59,7 @@ def reproduce(
         device=choose_device(device),
         precision=precision,
         workers=workers or cpu_count() or 1,
-        progress=recorder_cli.progress,
+        progress=progress,
     )
     command = "orbitscan " + " ".join(sys.argv[1:])
     for name in STUDIES if what == "all" else [what]:

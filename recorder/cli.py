@@ -2,8 +2,7 @@
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TypeVar
 import typer
 
 from recorder.exceptions import InvalidOption, InvalidPose, ScanError, UnreadableCloud
+from recorder.progress import counter, progress
 
 if TYPE_CHECKING:
     from recorder.check import Finding
@@ -331,27 +331,6 @@ def run(app: typer.Typer, arguments: Sequence[str] | None = None) -> NoReturn:
     sys.exit(0)
 
 
-def progress(items: Iterable[Item], total: int, what: str) -> Iterator[Item]:
-    """The items, counted by a bar on a terminal and in silence in a log."""
-    with _bar(total, what) as advance:
-        for item in items:
-            yield item
-            advance()
-
-
-@contextmanager
-def _bar(total: int, what: str) -> Iterator[Callable[[], None]]:
-    if not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True, redirect_stdout=sys.stdout.isatty()) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda: bar.advance(task)
-
-
 def _place(session: "Session", output: Path, name: str | None) -> tuple[Path, "Session"]:
     """Where a session is written and what it is called there: as the file, where the user named one."""
     if name is not None and Path(name).name != name:
@@ -364,7 +343,7 @@ def _place(session: "Session", output: Path, name: str | None) -> tuple[Path, "S
 def _write(session: "Session", path: Path) -> None:
     from recorder import mcap_file
 
-    with _bar(len(session.names), path.name) as advance:
+    with counter(len(session.names), path.name) as advance:
 
         def load(index: int) -> object:
             advance()

@@ -66,7 +66,7 @@ def test_processing_imports_only_upwards(module):
         if name.startswith("processing."):
             assert rank(name) <= rank(module), f"{module} imports {name}"
         if name == "recorder.cli":
-            assert module in ("processing.cli", "processing.model_cli", "processing.reproduce_cli")
+            assert module in ("processing.cli", "processing.model_cli")
 
 
 def test_the_page_knows_of_the_recorder_only_the_session():

@@ -367,11 +367,6 @@ def test_an_interrupt_ends_quietly(orbitscan, monkeypatch, recording):
     assert (status, out) == (130, "")
 
 
-def test_progress_hands_on_every_item(capsys):
-    assert list(cli.progress(iter("abc"), 3, "Reading")) == ["a", "b", "c"]
-    assert capsys.readouterr().err == ""
-
-
 @pytest.mark.parametrize("command", ["convert", "simulate", "info", "check"])
 def test_help_shows_examples(orbitscan, command):
     status, out, _ = orbitscan(command, "--help")
