@@ -1,0 +1,75 @@
+"""The index of a reproduction: all its studies on one page, and in one Rerun recording."""
+
+import json
+from pathlib import Path
+
+from processing.reproduction import STUDIES
+from processing.reproduction.files import write_whole
+from processing.reproduction.page import Study, render_page, state_facts
+from processing.reproduction.plan import Plan
+from processing.reproduction.report import FORMAT_VERSION
+from processing.review.reproduction import StudyReview, write_reproduction
+from recorder.exceptions import InvalidOption
+from recorder.sources import ply_file
+
+GROUPS = {"registration": "Registration", "overlap": "Overlap"}  # by module; the others classify
+MODELS = "figure-5.9"
+
+
+def write_index(plan: Plan) -> list[Path]:
+    """Write `index.html` and `reproduction.rrd` of the studies in the plan's folder; their paths.
+
+    Raises InvalidOption where there is no study or one cannot be read, UnwritableOutput.
+    """
+    studies = read_studies(plan.folder)
+    page, recording = plan.folder / "index.html", plan.folder / "reproduction.rrd"
+    missing = [name for name in STUDIES if name not in {study["name"] for study in studies}]
+    write_reproduction(recording, _group(studies, plan.folder), _describe_run(studies))
+    write_whole(page, render_page(studies, missing, plan.folder))
+    return [page, recording]
+
+
+def read_studies(folder: Path) -> list[Study]:
+    """The reports in a folder, in the thesis's order. Raises InvalidOption for none, or one that is none."""
+    paths = [folder / f"{name}.json" for name in STUDIES]
+    studies = [_read(path) for path in paths if path.exists()]
+    if not studies:
+        raise InvalidOption(folder, "holds no table or figure yet", "make one: orbitscan reproduce table-5.2 -o DIR")
+    return studies
+
+
+def _read(path: Path) -> Study:
+    try:
+        study = json.loads(path.read_text(encoding="utf-8"))
+        if study["format_version"] == FORMAT_VERSION and study["name"] == path.stem:
+            return study
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    raise InvalidOption(path, "is no report of this version", f"make it again: orbitscan reproduce {path.stem} -o DIR")
+
+
+def _group(studies: list[Study], folder: Path) -> dict[str, list[StudyReview]]:
+    """The studies with their pictures and models, by what they are about."""
+    groups: dict[str, list[StudyReview]] = {}
+    for study in studies:
+        module = STUDIES[study["name"]].split(".")[0]
+        pictures = {name: folder / f"{name}.png" for name in study["figures"]}
+        figures = {name: path.read_bytes() for name, path in pictures.items() if path.exists()}
+        models = _find_models(folder) if study["name"] == MODELS else {}
+        review = StudyReview(study, figures, {name: ply_file.read(path) for name, path in models.items()})
+        groups.setdefault(GROUPS.get(module, "Classification"), []).append(review)
+    return groups
+
+
+def _find_models(folder: Path) -> dict[str, Path]:
+    """The models that the registration left, named by the folders they are in."""
+    top = folder / "registration"
+    return {" ".join(path.parent.relative_to(top).parts): path for path in sorted(top.rglob("model.ply"))}
+
+
+def _describe_run(studies: list[Study]) -> str:
+    """What was run, as Markdown."""
+    return "\n".join(
+        f"- {name}: {'; '.join(f'{fact} in {where}' if where else fact for fact, where in stated)}"
+        for name, stated in state_facts(studies).items()
+    )

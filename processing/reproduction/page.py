@@ -1,0 +1,131 @@
+"""The page of a reproduction: one file of HTML that holds its figures, readable anywhere and on paper."""
+
+import base64
+import json
+import shlex
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path, PurePath
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined
+
+from processing.reproduction.claims import FEWEST_RUNS
+from processing.review.columns import Column, lay_out_columns, name_column
+from processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
+
+MARKS = dict(zip(VERDICTS, ("✓", "✗", "?"), strict=True))
+_ROWS = 12  # of a table shown whole
+_FIRST_ROWS = 6  # of a longer one
+_MOST_ROWS = 500  # the rest is in the CSV file alone
+_FACTS = {  # what was run -> its words
+    "data": "Data",
+    "fraction": "Share of the thesis's views",
+    "runs": "Runs of each training",
+    "seeds": "Seeds",
+    "device": "Device",
+    "precision": "Precision",
+    "machine": "Machine",
+    "versions": "Versions",
+}
+Study = dict[str, Any]  # a report's JSON
+
+
+def render_page(studies: Sequence[Study], missing: Sequence[str], folder: Path) -> str:
+    """The page of the studies in a folder; `missing`: the names of those that were not run."""
+    sections = [_lay_out(study, folder) for study in studies]
+    counts = count_verdicts(sentence for study in studies for sentence in study["said"])
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    template = environment.from_string(files(__package__).joinpath("page.html").read_text(encoding="utf-8"))
+    return template.render(
+        sections=sections,
+        counts=counts,
+        conclusion=conclude(counts),
+        marks=MARKS,
+        facts=state_facts(studies),
+        missing=missing,
+        few_runs=FEWEST_RUNS if any(study["runs"] < FEWEST_RUNS for study in studies) else None,
+        first_rows=_FIRST_ROWS,
+        most_rows=_MOST_ROWS,
+    )
+
+
+def state_facts(studies: Sequence[Study]) -> dict[str, list[tuple[str, str]]]:
+    """What was run: each fact in words, with the studies of which it holds; '' for all, or all others."""
+    return {words: _state_fact(studies, key) for key, words in _FACTS.items()}
+
+
+def shorten_command(command: str) -> str:
+    """A command without the folders before a path's last part."""
+    return shlex.join(PurePath(word).name if PurePath(word).is_absolute() else word for word in shlex.split(command))
+
+
+def number(name: str) -> str:
+    """A study's name as the thesis writes it: 'table-5.1' -> 'Table 5.1'."""
+    return name.replace("study-", "study of ").replace("-", " ").capitalize()
+
+
+def _lay_out(study: Study, folder: Path) -> dict[str, Any]:
+    """What the template shows of a study."""
+    columns = lay_out_columns(study["rows"])
+    statements = [Statement.read(sentence) for sentence in study["said"]]
+    pictures = [(name, folder / f"{name}.png") for name in study["figures"]]
+    names = [study["name"], *study["figures"]]
+    beside = [f"{name}.{ending}" for name in dict.fromkeys(names) for ending in ("csv", "json", "svg", "png")]
+    rows = len(study["rows"])
+    return {
+        "name": study["name"],
+        "number": number(study["name"]),
+        "title": study["title"],
+        "said": [statement for statement in statements if statement.verdict is None],
+        "claims": [statement for statement in statements if statement.verdict],
+        "counts": count_verdicts(study["said"]),
+        "figures": [
+            {"source": _inline(path), "words": _describe_figure(study, columns)}
+            for _, path in pictures
+            if path.exists()
+        ],
+        "columns": columns,
+        "rows": rows,
+        "shown_rows": rows if rows <= _ROWS else _FIRST_ROWS,
+        "files": [name for name in beside if (folder / name).exists()],
+        "command": shorten_command(study["command"]),
+        "settings": {name_column(key): _write(value) for key, value in study["settings"].items()},
+    }
+
+
+def _inline(picture: Path) -> str:
+    return "data:image/png;base64," + base64.b64encode(picture.read_bytes()).decode("ascii")
+
+
+def _describe_figure(study: Study, columns: Sequence[Column]) -> str:
+    """What a figure shows to those who do not see it: what is drawn of what, and what the study says."""
+    drawn = [column.heading for column in columns if column.is_number]
+    of = [column.heading for column in columns if not column.is_number]
+    words = f"{study['title']}: {', '.join(drawn) or 'pictures'}"
+    words += f" by {', '.join(of)}" if of and drawn else ""
+    return f"{words}. {study['said'][0]}" if study["said"] else f"{words}."
+
+
+def _state_fact(studies: Sequence[Study], key: str) -> list[tuple[str, str]]:
+    found: dict[str, list[str]] = {}
+    for study in studies:
+        found.setdefault(_write(study[key]), []).append(number(study["name"]))
+    most = max(found, key=lambda fact: len(found[fact]))
+    return [(most, ""), *((fact, ", ".join(names)) for fact, names in found.items() if fact != most)]
+
+
+def _write(value: Any) -> str:
+    """A value from JSON in words."""
+    match value:
+        case dict():
+            return ", ".join(f"{key} {_write(item)}" for key, item in value.items())
+        case [int(first), *_, int(last)] if value == list(range(first, last + 1)) and len(value) > 2:
+            return f"{first} to {last}"
+        case list():
+            return ", ".join(map(_write, value))
+        case str():
+            return value
+        case float():
+            return f"{value:g}"
+    return json.dumps(value)

@@ -1,0 +1,87 @@
+"""A study's rows as the cells of a table: headings with units, numbers with as many digits as mean something."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+Value = str | int | float | None
+THESIS = "thesis_"  # begins the name of a column that holds the thesis's numbers
+UNKNOWN = "–"
+_UNITS = {"percent": "%", "deg": "°", "mm": "mm", "m": "m", "s": "s", "ms": "ms", "nats": "nats"}
+_DIGITS = 4  # significant ones of a column's largest number
+_FEWEST_DIGITS = 2  # of its smallest
+_WIDEST_SPAN = 1e4  # of largest to smallest, beyond which each number has digits of its own
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column in words."""
+
+    name: str  # as in the rows
+    heading: str
+    cells: tuple[str, ...]
+    is_number: bool
+    is_thesis: bool
+
+
+def lay_out_columns(rows: Sequence[Mapping[str, Value]]) -> list[Column]:
+    """The columns of the rows, the thesis's beside ours; both have the same decimals."""
+    names = list(rows[0]) if rows else []
+    columns = []
+    for name in sorted(names, key=lambda name: (names.index(_ours(name, names)), name.startswith(THESIS))):
+        pair = {name, _ours(name, names), THESIS + name} & set(names)
+        numbers = [row[other] for row in rows for other in pair if is_number(row[other])]
+        decimals = _choose_decimals([abs(value) for value in numbers if isinstance(value, float) and value])
+        columns.append(
+            Column(
+                name,
+                name_column(name),
+                tuple(write_value(row[name], decimals) for row in rows),
+                any(is_number(row[name]) for row in rows),
+                name.startswith(THESIS),
+            )
+        )
+    return columns
+
+
+def name_column(name: str) -> str:
+    """A column's name as words: thesis_accuracy_percent -> 'accuracy [%], thesis'."""
+    words = name.removeprefix(THESIS).split("_")
+    unit = _UNITS.get(words[-1]) if len(words) > 1 else None
+    heading = " ".join(words[:-1]) + f" [{unit}]" if unit else " ".join(words)
+    return f"{heading}, thesis" if name.startswith(THESIS) else heading
+
+
+def is_number(value: object) -> bool:
+    """Whether it is a finite number, and not yes or no."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def write_value(value: Value, decimals: int | None = None) -> str:
+    """A value as a cell; `decimals` of a float, None: three significant digits."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return UNKNOWN
+    if isinstance(value, float):
+        if decimals is None:
+            decimals = 0 if value == 0 else max(0, 2 - math.floor(math.log10(abs(value))))
+        return f"{value:,.{decimals}f}".replace("-", "−")
+    return f"{value:,}".replace("-", "−") if isinstance(value, int) else value
+
+
+def _ours(name: str, names: Sequence[str]) -> str:
+    """The column that a thesis's one stands beside; itself where there is none."""
+    ours = name.removeprefix(THESIS)
+    return ours if ours in names else name
+
+
+def _choose_decimals(sizes: Sequence[float]) -> int | None:
+    """Decimals for a column of such sizes; None where they are too far apart for one number."""
+    finite = [size for size in sizes if math.isfinite(size)]
+    if not finite:
+        return 0
+    largest, smallest = max(finite), min(finite)
+    if largest > _WIDEST_SPAN * smallest:
+        return None
+    return max(0, _DIGITS - 1 - math.floor(math.log10(largest)), _FEWEST_DIGITS - 1 - math.floor(math.log10(smallest)))
