@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -43,9 +44,17 @@ def provide(plan: Plan) -> Data:
             plan.progress(sessions, len(sessions), "Reading the views"), tuple(corpus.INSTANCES), every=every
         )
         split(views)
+        save(views, path, source)
         fingerprint = views.fingerprint
-        _save(views, path, source, fingerprint)
     return Data(path, fingerprint)
+
+
+def save(views: LabelledViews, path: Path, source: str) -> None:
+    """Write views, whole or not at all, with a word on where they are from. Raises UnwritableOutput."""
+    content = io.BytesIO()
+    columns = {f.name: np.asarray(getattr(views, f.name)) for f in fields(views)}
+    np.savez(content, source=source, fingerprint=views.fingerprint, **columns)
+    write_whole(path, content.getvalue())
 
 
 @lru_cache(maxsize=1)
@@ -85,17 +94,10 @@ def _find_circles(dataset: Path) -> list[Session]:
     return found
 
 
-def _save(views: LabelledViews, path: Path, source: str, fingerprint: str) -> None:
-    content = io.BytesIO()
-    columns = {f.name: np.asarray(getattr(views, f.name)) for f in fields(views)}
-    np.savez(content, source=source, fingerprint=fingerprint, **columns)
-    write_whole(path, content.getvalue())
-
-
 def _known(path: Path, source: str) -> str | None:
     """The fingerprint of the views in a file; None where there are none of that source."""
     try:
         with np.load(path) as file:
             return str(file["fingerprint"]) if str(file["source"]) == source else None
-    except (OSError, ValueError, KeyError, EOFError):
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None

@@ -71,13 +71,18 @@ def train_once(task: Training) -> dict[str, Any]:
     }
 
 
+def change_thesis(change: Mapping[str, Any]) -> TrainingSettings:
+    """The thesis's training of its best structure, but for what is named."""
+    return replace(THESIS, **({"structure": BEST} | dict(change)))
+
+
 def run_trainings(plan: Plan, changes: Sequence[dict[str, Any]], what: str) -> list[list[dict[str, Any]]]:
     """For each change of the thesis's settings the results of all runs, in the order of the plan's seeds.
 
     The best structure's runs have their curve, so that all studies share them.
     """
     found = data.provide(plan)
-    settings = [replace(THESIS, **({"structure": BEST, "precision": plan.precision} | change)) for change in changes]
+    settings = [change_thesis({"precision": plan.precision} | change) for change in changes]
     tasks = [
         Training(found, how, seed, plan.device, CURVE if how.structure == BEST else 0)
         for seed in plan.seeds
