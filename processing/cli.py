@@ -1,6 +1,7 @@
 """The command `orbitscan`: the recorder's commands, and from recordings to results."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -70,6 +71,7 @@ def process(
     orbitscan process bottle.mcap -o results --step-deg 20 --mesh
     """
     from processing.batch import find_recordings, process_all
+    from processing.compilation import ensure_compiled
 
     found = find_recordings(recordings)
     steps = _choose_settings(settings, step_deg, mesh)
@@ -77,7 +79,7 @@ def process(
         _make_job(results, views, methods, settings == "thesis", steps, seed, overwrite, min(workers, len(found))),
         model=_choose_model(model),
     )
-    _compile()
+    ensure_compiled(partial(typer.echo, err=True))
     outcomes = []
     for outcome in progress(process_all(found, job, workers), len(found), "Processing"):
         if outcome.error is not None and len(found) == 1:
@@ -176,14 +178,6 @@ def _make_job(
         overwrite,
         threads_per_worker(workers),
     )
-
-
-def _compile() -> None:
-    from processing.compilation import compile_kernels, compiled
-
-    if not compiled():
-        typer.echo("Compiling the kernels: once on this machine, about 10 s ...", err=True)
-        compile_kernels()
 
 
 def _print_errors(outcomes: list["Outcome"]) -> None:

@@ -1,5 +1,6 @@
 """The numba kernels that `process` needs, compiled before they are: once on a machine, then read from numba's cache."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,13 @@ def compiled() -> bool:
     """
     newest = max(path.stat().st_mtime for path in _sources())
     return all(_is_cached(kernel, newest) for kernel in KERNELS)
+
+
+def ensure_compiled(say: Callable[[str], None]) -> None:
+    """Compile the kernels where they are not, and say so first."""
+    if not compiled():
+        say("Compiling the kernels: once on this machine, about 10 s ...")
+        compile_kernels()
 
 
 def compile_kernels() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,7 +11,7 @@ import typer
 
 from processing.model_cli import choose_device
 from processing.reproduction import STUDIES, find
-from recorder.exceptions import InvalidOption
+from recorder.exceptions import InvalidOption, ScanError
 from recorder.progress import progress
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def reproduce(
         raise InvalidOption(what, "no table or figure of the thesis", f"choose all, or one of {', '.join(STUDIES)}")
     from os import cpu_count
 
+    from processing.compilation import ensure_compiled
     from processing.reproduction.plan import Plan
     from processing.reproduction.report import write
 
@@ -61,16 +63,27 @@ def reproduce(
         workers=workers or cpu_count() or 1,
         progress=progress,
     )
-    command = "orbitscan " + " ".join(sys.argv[1:])
+    command = " ".join(["orbitscan", *sys.argv[1:]])
+    ensure_compiled(partial(typer.echo, err=True))
+    failed = False
     for name in STUDIES if what == "all" else [what]:
-        report = find(name)(plan)
+        try:
+            report = find(name)(plan)
+        except ScanError as error:
+            if what != "all":
+                raise
+            typer.echo(f"{name}: {error}", err=True)
+            failed = True
+            continue
         paths = write(report, plan, command)
         _print_report(report)
-        typer.echo(f"See {', '.join(map(str, paths))}")
+        typer.echo(f"See {', '.join(map(str, paths))}\n")
     if what == "all":
         from processing.reproduction.index import write_index
 
-        typer.echo(f"Look at it all: {' and '.join(map(str, write_index(plan)))}")
+        page, recording = write_index(plan)
+        typer.echo(f"Look at it all: {page}, and orbitscan view {recording}")
+    raise typer.Exit(1 if failed else 0)
 
 
 def mount(app: typer.Typer) -> None:

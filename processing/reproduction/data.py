@@ -87,6 +87,8 @@ def open_circles(plan: Plan) -> list[Session]:
 
 
 def _find_circles(dataset: Path) -> list[Session]:
+    if not dataset.is_dir():
+        raise InvalidOption(dataset, "no such folder", "name the Washington dataset's folder of point clouds")
     found = [s for s in washington.sessions(dataset, CaptureOptions()) if s.info.category in corpus.INSTANCES]
     categories: Iterable[str] = {session.info.category for session in found}
     if missing := [name for name in corpus.INSTANCES if name not in categories]:
