@@ -52,12 +52,18 @@ def render_page(studies: Sequence[Study], missing: Sequence[str], folder: Path) 
 
 def state_facts(studies: Sequence[Study]) -> dict[str, list[tuple[str, str]]]:
     """What was run: each fact in words, with the studies of which it holds; '' for all, or all others."""
-    return {words: _state_fact(studies, key) for key, words in _FACTS.items()}
+    commands = list(dict.fromkeys(shorten_command(study["command"]) for study in studies))
+    command = commands[0] if len(commands) == 1 else f"{len(commands)} of them, each beside its numbers"
+    return {"Command": [(command, "")]} | {words: _state_fact(studies, key) for key, words in _FACTS.items()}
 
 
 def shorten_command(command: str) -> str:
     """A command without the folders before a path's last part."""
-    return shlex.join(PurePath(word).name if PurePath(word).is_absolute() else word for word in shlex.split(command))
+    try:
+        words = shlex.split(command)
+    except ValueError:  # a quotation mark in a path
+        words = command.split()
+    return shlex.join(PurePath(word).name if PurePath(word).is_absolute() else word for word in words)
 
 
 def number(name: str) -> str:

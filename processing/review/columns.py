@@ -10,7 +10,7 @@ UNKNOWN = "–"
 _UNITS = {"percent": "%", "deg": "°", "mm": "mm", "m": "m", "s": "s", "ms": "ms", "nats": "nats"}
 _DIGITS = 4  # significant ones of a column's largest number
 _FEWEST_DIGITS = 2  # of its smallest
-_WIDEST_SPAN = 1e4  # of largest to smallest, beyond which each number has digits of its own
+_WIDEST_SPAN = 3  # powers of ten from smallest to largest, beyond which each number has digits of its own
 
 
 @dataclass(frozen=True)
@@ -25,28 +25,24 @@ class Column:
 
 
 def lay_out_columns(rows: Sequence[Mapping[str, Value]]) -> list[Column]:
-    """The columns of the rows, the thesis's beside ours; both have the same decimals."""
+    """The columns of the rows, the thesis's beside ours: its numbers as it gives them, ours with no fewer decimals."""
     names = list(rows[0]) if rows else []
-    columns = []
-    for name in sorted(names, key=lambda name: (names.index(_ours(name, names)), name.startswith(THESIS))):
-        pair = {name, _ours(name, names), THESIS + name} & set(names)
-        numbers = [row[other] for row in rows for other in pair if is_number(row[other])]
-        decimals = _choose_decimals([abs(value) for value in numbers if isinstance(value, float) and value])
-        columns.append(
-            Column(
-                name,
-                name_column(name),
-                tuple(write_value(row[name], decimals) for row in rows),
-                any(is_number(row[name]) for row in rows),
-                name.startswith(THESIS),
-            )
+    return [
+        Column(
+            name,
+            name_column(name),
+            tuple(write_value(row[name], decimals) for row in rows),
+            any(is_number(row[name]) for row in rows),
+            name.startswith(THESIS),
         )
-    return columns
+        for name in sorted(names, key=lambda name: (names.index(_ours(name, names)), name.startswith(THESIS)))
+        for decimals in [_choose_decimals(rows, name)]
+    ]
 
 
 def name_column(name: str) -> str:
     """A column's name as words: thesis_accuracy_percent -> 'accuracy [%], thesis'."""
-    words = name.removeprefix(THESIS).split("_")
+    words = _plain(name).split("_")
     unit = _UNITS.get(words[-1]) if len(words) > 1 else None
     heading = " ".join(words[:-1]) + f" [{unit}]" if unit else " ".join(words)
     return f"{heading}, thesis" if name.startswith(THESIS) else heading
@@ -72,16 +68,26 @@ def write_value(value: Value, decimals: int | None = None) -> str:
 
 def _ours(name: str, names: Sequence[str]) -> str:
     """The column that a thesis's one stands beside; itself where there is none."""
-    ours = name.removeprefix(THESIS)
-    return ours if ours in names else name
+    return _plain(name) if _plain(name) in names else name
 
 
-def _choose_decimals(sizes: Sequence[float]) -> int | None:
-    """Decimals for a column of such sizes; None where they are too far apart for one number."""
-    finite = [size for size in sizes if math.isfinite(size)]
-    if not finite:
-        return 0
-    largest, smallest = max(finite), min(finite)
-    if largest > _WIDEST_SPAN * smallest:
+def _plain(name: str) -> str:
+    return name.removeprefix(THESIS)
+
+
+def _count_decimals(values: Sequence[Value]) -> int:
+    """The most decimals that any of the numbers is given with; 92.4 has one, 175.0 none."""
+    written = [repr(value).removesuffix(".0") for value in values if isinstance(value, float) and math.isfinite(value)]
+    return max((len(number.partition(".")[2]) for number in written if "e" not in number), default=0)
+
+
+def _choose_decimals(rows: Sequence[Mapping[str, Value]], name: str) -> int | None:
+    """Decimals of a column's floats; None where they are too far apart for one number."""
+    given = _count_decimals([row.get(THESIS + _plain(name)) for row in rows])
+    sizes = [abs(row[name]) for row in rows if isinstance(row[name], float) and is_number(row[name]) and row[name]]
+    if name.startswith(THESIS) or not sizes:
+        return given
+    largest, smallest = math.floor(math.log10(max(sizes))), math.floor(math.log10(min(sizes)))
+    if largest - smallest > _WIDEST_SPAN:
         return None
-    return max(0, _DIGITS - 1 - math.floor(math.log10(largest)), _FEWEST_DIGITS - 1 - math.floor(math.log10(smallest)))
+    return max(0, given, _DIGITS - 1 - largest, _FEWEST_DIGITS - 1 - smallest)

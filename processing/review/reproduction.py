@@ -91,6 +91,8 @@ def tabulate_rows(report: Mapping[str, Any]) -> str:
     """The numbers of a report as a Markdown table; of a long or wide one the first, and where all of them are."""
     rows = report["rows"]
     columns = lay_out_columns(rows)
+    if not columns:
+        return "No numbers."
     shown = columns[:_TABLE_COLUMNS]
     lines = [[column.heading for column in shown], ["---"] * len(shown)]
     lines += list(zip(*(column.cells[:_TABLE_ROWS] for column in shown), strict=True))

@@ -1,0 +1,202 @@
+"""The index holds every study of a folder, needs nothing outside it, and says what holds before all else."""
+
+import json
+from html.parser import HTMLParser
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+from processing.reproduction import STUDIES, drawing
+from processing.reproduction.index import read_studies, write_index
+from processing.reproduction.page import number, shorten_command, state_facts
+from processing.reproduction.plan import Plan
+from processing.reproduction.report import Report, write
+from recorder.exceptions import InvalidOption
+from recorder.sources import ply_file
+
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+CLAIMS = [
+    "PCA is more accurate than Glorot: holds (difference +1 points, 95 % interval +0.5 to +2, 10 paired runs).",
+    "DCAE beats <b>ZCA</b> & Glorot: does not hold (difference -1 points, 95 % interval -2 to -0.5, 10 paired runs).",
+    "ZCA is more accurate than Glorot: cannot be told (difference +3 points in one run, too few for an interval).",
+]
+
+
+class Page(HTMLParser):
+    """A page taken apart; what is not closed, or closed unopened, fails."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict]] = []
+        self.cells: list[list[str]] = []  # of every row of a table of numbers
+        self.text = ""
+        self.feed(text)
+        self.close()
+        assert not self.open, self.open
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.open += [] if tag in VOID else [tag]
+        if tag == "tr":
+            self.cells.append([])
+        if tag == "td":
+            self.cells[-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+        if "td" in self.open:
+            self.cells[-1][-1] += data
+
+    def all(self, tag, attribute):
+        return [attributes[attribute] for name, attributes in self.tags if name == tag and attribute in attributes]
+
+
+def draw():
+    figure, ((axes,),) = drawing.new_figure()
+    drawing.draw_bars(axes, ["a"], {"loss": [1.0]}, "loss [nats]")
+    return figure
+
+
+@pytest.fixture
+def plan(tmp_path):
+    """A folder with three studies: one with claims, one with curves of training, one of registration with a model."""
+    plan = Plan(tmp_path / "rep", runs=2)
+    rows = [{"init": n, "loss": 2.0383, "thesis_loss": 0.2866, "seconds": 8} for n in ("<i>PCA</i>", "ZCA")]
+    write(
+        Report("table-5.4", "Four", rows, ["Best: PCA.", *CLAIMS], {"table-5.4": draw()}, {"epochs": [1, 2]}),
+        plan,
+        f"orbitscan reproduce table-5.4 -o {tmp_path / 'rep'}",
+    )
+    steps = [{"init": init, "step": step, "loss": 10.0 - step} for init in "ab" for step in range(1, 10)]
+    write(Report("figure-5.2", "Curves", steps, ["Best: a."], {"figure-5.2": draw()}), plan, "orbitscan reproduce all")
+    models = [{"object": "bin", "method": "icp", "points": 9}]
+    other = Plan(plan.folder, runs=2, fraction=0.5)
+    write(Report("figure-5.9", "Models", models, [], {"figure-5.9": draw()}), other, "orbitscan reproduce all")
+    folder = plan.folder / "registration" / "icp" / "bin"
+    folder.mkdir(parents=True)
+    ply_file.write(folder / "model.ply", np.zeros((9, 3), np.float32))
+    return plan
+
+
+@pytest.fixture
+def page(plan):
+    path, _ = write_index(plan)
+    return Page(path.read_text(encoding="utf-8"))
+
+
+def test_the_page_needs_nothing_outside_its_folder(plan, page):
+    assert not {"script", "link", "iframe"} & {tag for tag, _ in page.tags}
+    assert len(page.all("img", "src")) == 3
+    assert all(source.startswith("data:image/png;base64,") for source in page.all("img", "src"))
+    assert all(page.all("img", "alt"))
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    for link in page.all("a", "href"):
+        assert link[1:] in ids if link.startswith("#") else (plan.folder / unquote(link)).is_file(), link
+
+
+def test_the_claims_come_first_with_their_verdicts(page):
+    assert "Of 3 claims tested, 1 holds, 1 does not hold, and 1 cannot be told." in page.text
+    rows = [[cell.strip() for cell in row] for row in page.cells if len(row) == 3]
+    assert rows[:3] == [
+        ["✓ holds", "PCA is more accurate than Glorot", CLAIMS[0].partition("(")[2][:-2]],
+        ["✗ does not hold", "DCAE beats <b>ZCA</b> & Glorot", CLAIMS[1].partition("(")[2][:-2]],
+        ["? cannot be told", "ZCA is more accurate than Glorot", CLAIMS[2].partition("(")[2][:-2]],
+    ]
+    assert page.text.index("Of 3 claims") < page.text.index("Best: PCA.")
+
+
+def test_the_thesis_stands_beside_ours(page):
+    assert ["<i>PCA</i>", "2.0383", "0.2866", "8"] in page.cells
+    assert not page.all("i", "class")
+    assert not [tag for tag, _ in page.tags if tag in ("b", "i")]
+
+
+def test_of_a_long_table_all_rows_are_folded_away(page):
+    rows = [row for row in page.cells if len(row) == 3 and row[0] in ("a", "b")]
+    assert len(rows) == 6 + 18
+    assert rows[:6] == rows[6:12]
+    assert "All 18 rows" in page.text
+
+
+def test_studies_are_in_the_thesis_s_order_and_missing_ones_told(page):
+    sections = [attributes["id"] for tag, attributes in page.tags if tag == "section"]
+    assert sections == ["claims", "run", "table-5.4", "figure-5.2", "figure-5.9", "missing"]
+    missing = page.text[page.text.rindex("Not run") :]
+    assert [name for name in STUDIES if f"reproduce {name} " in missing] == [
+        name for name in STUDIES if name not in sections
+    ]
+
+
+def test_what_was_run_is_told_once_and_where_it_differs(plan, page):
+    facts = state_facts(read_studies(plan.folder))
+    assert facts["Share of the thesis's views"] == [("1", ""), ("0.5", "Figure 5.9")]
+    assert facts["Seeds"] == [("0, 1", "")]
+    assert "0.5 in Figure 5.9" in page.text
+    assert "epochs" in page.text
+
+
+def test_no_output_tells_where_the_folder_is(plan, tmp_path):
+    page, recording = write_index(plan)
+    assert str(tmp_path) not in page.read_text(encoding="utf-8")
+    for chunk in RrdReader(recording).stream():
+        assert str(tmp_path) not in str(chunk.to_record_batch().to_pydict())
+
+
+def test_a_command_is_told_without_the_folders_of_its_paths():
+    told = "orbitscan reproduce all -o rep"
+    assert [shorten_command(f"orbitscan reproduce all -o {path}") for path in ("rep", "/a/rep", "'/a b/rep'")] == [
+        told
+    ] * 3
+    assert "/home" not in shorten_command("orbitscan reproduce all -o /home/o'neill/rep")
+
+
+def test_the_recording_holds_figures_curves_and_models(plan):
+    _, recording = write_index(plan)
+    columns = {}
+    for chunk in RrdReader(recording).stream():
+        columns.setdefault(chunk.entity_path, set()).update(chunk.to_record_batch().schema.names)
+    held = [name for names in columns.values() for name in names]
+    assert held.count("EncodedImage:blob") == 3
+    assert held.count("Scalars:scalars") == 2
+    assert [path for path, names in columns.items() if "Points3D:positions" in names and "/models/" in path]
+
+
+def test_the_same_studies_make_the_same_page(plan):
+    pages = [write_index(plan)[0].read_bytes() for _ in range(2)]
+    assert pages[0] == pages[1]
+    assert not list(plan.folder.glob("*.part"))
+
+
+def test_figures_that_are_gone_are_left_out(plan):
+    (plan.folder / "table-5.4.png").unlink()
+    page = Page(write_index(plan)[0].read_text(encoding="utf-8"))
+    assert len(page.all("img", "src")) == 2
+    assert "table-5.4.png" not in page.all("a", "href")
+
+
+def test_a_folder_without_studies_is_told(tmp_path):
+    with pytest.raises(InvalidOption, match="holds no table or figure yet"):
+        write_index(Plan(tmp_path))
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", json.dumps({"format_version": 99, "name": "table-5.1"})])
+def test_a_report_that_is_none_is_named(plan, content):
+    (plan.folder / "table-5.1.json").write_text(content)
+    with pytest.raises(InvalidOption, match=r"table-5\.1\.json: is no report of this version"):
+        write_index(plan)
+
+
+def test_numbers_of_studies():
+    assert [number(name) for name in ("table-5.1", "figure-5.10", "study-overlap", "gallery")] == [
+        "Table 5.1",
+        "Figure 5.10",
+        "Study of overlap",
+        "Gallery",
+    ]
