@@ -112,4 +112,4 @@ def draw_matrix(axes: Axes, counts: np.ndarray, names: Sequence[str]) -> None:
 def legend_below(figure: Figure, axes: Axes) -> None:
     """One legend for all axes, below them."""
     handles, names = axes.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 4))
+    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 4), frameon=False)

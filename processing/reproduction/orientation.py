@@ -57,7 +57,7 @@ def draw_confusions(plan: Plan) -> Report:
     figure, (row,) = drawing.new_figure(1, 2, width=10, height=5)
     for axes, (name, matrix) in zip(row, counts.items(), strict=True):
         drawing.draw_matrix(axes, matrix, names)
-        axes.set_title(f"{name} [% of the views]")
+        axes.set_title(f"{name} [% of the views]", fontsize=10)
     rows = [
         {"network": name, "category": names[i]} | {f"as_{other}": int(n) for other, n in zip(names, line, strict=True)}
         for name, matrix in counts.items()

@@ -57,7 +57,7 @@ def compare_structures(plan: Plan) -> Report:
 
 def _draw(runs: dict[str, list[dict]]) -> drawing.Figure:
     figure, ((accuracy, loss),) = drawing.new_figure(1, 2, width=9, height=3.6)
-    names = {structure: structure.replace("-C(", "-\nC(", 1) for structure in runs}
+    names = {structure: structure.replace("-P(2)-", "-P(2)-\n", 1) for structure in runs}
     for axes, key, factor, label in (
         (accuracy, "accuracy", 100, "accuracy of the test views [%]"),
         (loss, "loss", 1, "loss of the test views [nats]"),
