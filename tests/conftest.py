@@ -7,6 +7,8 @@ from types import ModuleType
 import pytest
 from hypothesis import settings
 
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # tests run side by side: torch with more threads than cores crawls
+
 settings.register_profile("orbitscan", deadline=None, derandomize=True)
 settings.load_profile("orbitscan")
 
