@@ -87,8 +87,8 @@ def _lay_out(study: Study, folder: Path) -> dict[str, Any]:
         "claims": [statement for statement in statements if statement.verdict],
         "counts": count_verdicts(study["said"]),
         "figures": [
-            {"source": _inline(path), "words": _describe_figure(study, columns)}
-            for _, path in pictures
+            {"source": _inline(path), "words": _describe_figure(study, columns), "number": number(name)}
+            for name, path in pictures
             if path.exists()
         ],
         "columns": columns,

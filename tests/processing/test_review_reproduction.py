@@ -14,7 +14,7 @@ from processing.reproduction.claims import compare
 from processing.review.claims_grid import draw_claims
 from processing.review.columns import lay_out_columns, name_column, write_value
 from processing.review.reproduction import SHARED_TIMELINE, StudyReview, list_claims, tabulate_rows, write_reproduction
-from processing.review.study_curves import find_curves
+from processing.review.study_curves import find_curves, find_timeline
 from processing.review.verdicts import Statement, conclude, count_verdicts
 from recorder.exceptions import UnwritableOutput
 from tests import viewer
@@ -131,8 +131,10 @@ def test_each_object_has_a_curve_for_each_method():
     }
 
 
-def test_rows_without_steps_or_views_have_no_curves():
-    assert find_curves([{"start": "a", "loss": 0.5}]) == find_curves([]) == []
+@pytest.mark.parametrize("rows", [[], [{"start": "a", "loss": 0.5}], [{"figure": "3.4", "view": 40, "radius_mm": 5.0}]])
+def test_rows_along_which_nothing_goes_on_have_no_curves(rows):
+    assert find_timeline(rows) is None
+    assert find_curves(rows) == []
 
 
 # --- the recording

@@ -174,6 +174,16 @@ def test_the_same_studies_make_the_same_page(plan):
     assert not list(plan.folder.glob("*.part"))
 
 
+def test_several_figures_of_a_study_have_their_numbers(plan):
+    rows = [{"figure": "figure-3.4", "points": 7}]
+    write(
+        Report("gallery", "All", rows, [], {name: draw() for name in ("figure-3.4", "figure-3.7")}), plan, "orbitscan"
+    )
+    page = Page(write_index(plan)[0].read_text(encoding="utf-8"))
+    assert [tag for tag, _ in page.tags].count("figcaption") == 2
+    assert "Figure 3.7" in page.text
+
+
 def test_figures_that_are_gone_are_left_out(plan):
     (plan.folder / "table-5.4.png").unlink()
     page = Page(write_index(plan)[0].read_text(encoding="utf-8"))
