@@ -7,13 +7,18 @@ from processing.reproduction import STUDIES
 from processing.reproduction.files import write_whole
 from processing.reproduction.page import Study, render_page, state_facts
 from processing.reproduction.plan import Plan
+from processing.reproduction.registration_files import read_frames, read_models
 from processing.reproduction.report import FORMAT_VERSION
-from processing.review.reproduction import StudyReview, write_reproduction
+from processing.review.reproduction import write_reproduction
+from processing.review.study import StudyReview
 from recorder.exceptions import InvalidOption
-from recorder.sources import ply_file
 
-GROUPS = {"registration": "Registration", "overlap": "Overlap"}  # by module; the others classify
-MODELS = "figure-5.9"
+GROUPS = {
+    "registration": "Registration",
+    "models": "Registration",
+    "overlap": "Overlap",
+}  # by module; the others classify
+FRAMES, MODELS = "figure-5.8", "figure-5.9"
 
 
 def write_index(plan: Plan) -> list[Path]:
@@ -49,22 +54,19 @@ def _read(path: Path) -> Study:
 
 
 def _group(studies: list[Study], folder: Path) -> dict[str, list[StudyReview]]:
-    """The studies with their pictures and models, by what they are about."""
+    """The studies with what is drawn of them, by what they are about."""
     groups: dict[str, list[StudyReview]] = {}
     for study in studies:
         module = STUDIES[study["name"]].split(".")[0]
         pictures = {name: folder / f"{name}.png" for name in study["figures"]}
-        figures = {name: path.read_bytes() for name, path in pictures.items() if path.exists()}
-        models = _find_models(folder) if study["name"] == MODELS else {}
-        review = StudyReview(study, figures, {name: ply_file.read(path) for name, path in models.items()})
+        review = StudyReview(
+            study,
+            figures={name: path.read_bytes() for name, path in pictures.items() if path.exists()},
+            frames=read_frames(folder) if study["name"] == FRAMES else (),
+            models=read_models(folder) if study["name"] == MODELS else {},
+        )
         groups.setdefault(GROUPS.get(module, "Classification"), []).append(review)
     return groups
-
-
-def _find_models(folder: Path) -> dict[str, Path]:
-    """The models that the registration left, named by the folders they are in."""
-    top = folder / "registration"
-    return {" ".join(path.parent.relative_to(top).parts): path for path in sorted(top.rglob("model.ply"))}
 
 
 def _describe_run(studies: list[Study]) -> str:

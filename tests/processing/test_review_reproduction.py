@@ -13,7 +13,9 @@ from rerun.chunk import RrdReader
 from processing.reproduction.claims import compare
 from processing.review.claims_grid import draw_claims
 from processing.review.columns import lay_out_columns, name_column, write_value
-from processing.review.reproduction import SHARED_TIMELINE, StudyReview, list_claims, tabulate_rows, write_reproduction
+from processing.review.reproduction import list_claims, tabulate_rows, write_reproduction
+from processing.review.reproduction_layout import SHARED_TIMELINE
+from processing.review.study import StudyReview
 from processing.review.study_curves import find_curves, find_timeline
 from processing.review.verdicts import Statement, conclude, count_verdicts
 from recorder.exceptions import UnwritableOutput
@@ -150,15 +152,22 @@ def make_groups() -> dict[str, list[StudyReview]]:
     """A study of each kind."""
     claims = ["PCA is better: holds (1 point).", "ZCA | b is better: does not hold.", "DCAE: cannot be told (one run)."]
     training = {"name": "figure-5.2", "title": "Training", "rows": STEPS, "said": ["Best: a.", *claims]}
-    errors = {"name": "figure-5.8", "title": "Errors", "rows": FRAMES, "said": [f"At {i}: holds." for i in range(12)]}
+    errors = {
+        "name": "figure-5.8",
+        "title": "Errors",
+        "rows": [{"object": "bin", "median_mm": 0.5}],
+        "said": [f"At {i}: holds." for i in range(12)],
+    }
     models = {"name": "figure-5.9", "title": "Models", "rows": [{"object": "bin | lid", "points": 9}], "said": []}
     points = np.random.default_rng(0).normal(size=(45_000, 3)).astype(np.float32)
     return {
         "Classification": [StudyReview(training, {"figure-5.2": draw_png(9, 3)})],
         "Registration": [
-            StudyReview(errors),
+            StudyReview(errors, frames=FRAMES),
             StudyReview(
-                models, {"figure-5.9": draw_png(3, 4)}, {"icp bin": (points, None), "small": (points[:9], None)}
+                models,
+                {"figure-5.9": draw_png(3, 4)},
+                models={"bin": {"icp": (points, None), "refined": (points[:9], None)}},
             ),
         ],
         "Overlap": [],

@@ -12,6 +12,7 @@ from processing.reproduction import STUDIES, drawing
 from processing.reproduction.index import read_studies, write_index
 from processing.reproduction.page import number, shorten_command, state_facts
 from processing.reproduction.plan import Plan
+from processing.reproduction.registration_files import read_frames, read_models
 from processing.reproduction.report import Report, write
 from recorder.exceptions import InvalidOption
 from recorder.sources import ply_file
@@ -78,10 +79,20 @@ def plan(tmp_path):
     models = [{"object": "bin", "method": "icp", "points": 9}]
     other = Plan(plan.folder, runs=2, fraction=0.5)
     write(Report("figure-5.9", "Models", models, [], {"figure-5.9": draw()}), other, "orbitscan reproduce all")
-    folder = plan.folder / "registration" / "icp" / "bin"
-    folder.mkdir(parents=True)
-    ply_file.write(folder / "model.ply", np.zeros((9, 3), np.float32))
+    for circle in ("bin-sparse-18-seed-0", "bin-dense-250-seed-0", "bin-sparse-18-seed-1"):
+        leave_results(plan.folder / "registration" / "icp" / circle, ["icp"])
+        leave_results(plan.folder / "registration" / "ours" / circle, ["pairwise", "refined"])
     return plan
+
+
+def leave_results(folder, methods):
+    """What registration leaves of a circle; the second view has no estimate."""
+    folder.mkdir(parents=True)
+    ply_file.write(folder / "model.ply", np.ones((9, 3), np.float32))
+    lines = ["view,name,method,status,translation_error_m,rotation_error_chordal,rotation_error_deg,center_error_m"]
+    for method in methods:
+        lines += [f"0,a,{method},ok,0,0,0,0", f"14,b,{method},no_consensus,,,,", f"28,c,{method},ok,0.5,0.25,9,0.125"]
+    (folder / "errors.csv").write_text("\n".join(lines) + "\n")
 
 
 @pytest.fixture
@@ -165,7 +176,23 @@ def test_the_recording_holds_figures_curves_and_models(plan):
     held = [name for names in columns.values() for name in names]
     assert held.count("EncodedImage:blob") == 3
     assert held.count("Scalars:scalars") == 2
-    assert [path for path, names in columns.items() if "Points3D:positions" in names and "/models/" in path]
+    models = [path for path, names in columns.items() if "Points3D:positions" in names and "/models/" in path]
+    assert [path.partition("/models/")[2] for path in sorted(models)] == ["bin-sparse-18/icp", "bin-sparse-18/ours"]
+
+
+def test_frames_of_the_first_run_are_read_by_circle_and_method(plan):
+    rows = read_frames(plan.folder)
+    assert {(row["circle"], row["method"]) for row in rows} == {
+        (circle, method) for circle in ("bin-sparse-18", "bin-dense-250") for method in ("icp", "pairwise", "refined")
+    }
+    last = rows[-1]
+    assert (last["view"], last["translation_error_m"], last["center_error_m"]) == (28, 0.5, 0.125)
+    assert [row["rotation_error_chordal"] for row in rows if row["view"] == 14] == [None] * 6
+
+
+def test_without_a_registration_there_are_no_frames_and_no_models(tmp_path):
+    assert read_frames(tmp_path) == []
+    assert read_models(tmp_path) == {}
 
 
 def test_the_same_studies_make_the_same_page(plan):

@@ -1,0 +1,110 @@
+"""How a reproduction's recording opens: which claims hold, then a tab for each group and in it for each study."""
+
+import struct
+from collections.abc import Mapping, Sequence
+
+import rerun.blueprint as rrb
+
+from processing.review import entities
+from processing.review.claims_grid import view_claims
+from processing.review.columns import name_column
+from processing.review.layout import Scene
+from processing.review.study import StudyReview, collect_verdicts, entity_path
+from processing.review.study_curves import Curve
+from processing.review.verdicts import VERDICTS
+
+SHARED_TIMELINE = "step_or_view"  # the viewer plots over one timeline at a time: here all curves are on it
+HEADINGS = dict(zip(VERDICTS, ("Holds", "Does not hold", "Cannot be told"), strict=True))
+_WIDE = 1.7  # width to height of a figure below which its words stand, not beside it
+
+
+def lay_out(groups: Mapping[str, Sequence[StudyReview]]) -> rrb.Blueprint:
+    """The claims in the first tab, then a tab for each group, with one for each study."""
+    tabs = [rrb.Tabs(*map(_view_study, group), name=name) for name, group in groups.items() if group]
+    studies = [study for group in groups.values() for study in group]
+    curves = any(study.curves for study in studies)
+    return rrb.Blueprint(
+        rrb.Tabs(_view_summary(studies), *tabs, active_tab=0),
+        rrb.TimePanel(state="collapsed", timeline=SHARED_TIMELINE) if curves else rrb.TimePanel(state="hidden"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _view_summary(studies: Sequence[StudyReview]) -> rrb.Horizontal:
+    lists = [rrb.TextDocumentView(origin=entity_path("summary", "lists", v), name=HEADINGS[v]) for v in VERDICTS]
+    return rrb.Horizontal(
+        rrb.Vertical(
+            rrb.TextDocumentView(origin="/summary/run", name="What was run"),
+            view_claims("/summary/claims", collect_verdicts(studies)),
+            row_shares=[2, 3],
+        ),
+        *lists,
+        column_shares=[3, 2, 2, 2],
+        name="Summary",
+    )
+
+
+def _view_study(study: StudyReview) -> rrb.Container:
+    words = [
+        rrb.TextDocumentView(origin=f"{study.origin}/words", name="In words"),
+        rrb.TextDocumentView(origin=f"{study.origin}/numbers", name="Numbers"),
+    ]
+    figures = [
+        rrb.Spatial2DView(origin=study.figure_path(name), name=name, background=(255, 255, 255))
+        for name in study.figures
+    ]
+    shown = [*figures, *_view_models(study)]
+    below = [rrb.Horizontal(*words)]
+    if curves := study.curves:
+        below = [_view_curves(study, curves), rrb.Horizontal(*words)]
+    if not shown:
+        return rrb.Vertical(*below, name=study.name)
+    picture = shown[0] if len(shown) == 1 else rrb.Tabs(*shown)
+    if curves or all(_aspect(png) > _WIDE for png in study.figures.values()):
+        return rrb.Vertical(picture, *below, row_shares=[3, *([2] * len(below))], name=study.name)
+    return rrb.Horizontal(picture, rrb.Vertical(*words), column_shares=[3, 2], name=study.name)
+
+
+def _view_models(study: StudyReview) -> list[rrb.Container]:
+    """A tab for each object, its models side by side, seen by the first camera."""
+    return [
+        rrb.Grid(
+            *(
+                rrb.Spatial3DView(
+                    origin=study.model_path(thing, method),
+                    name=method,
+                    background=entities.BACKGROUND,
+                    line_grid=False,
+                    eye_controls=Scene.around(points, None, None).eye() if len(points) else None,
+                )
+                for method, (points, _) in models.items()
+            ),
+            name=thing,
+        )
+        for thing, models in study.models.items()
+    ]
+
+
+def _view_curves(study: StudyReview, curves: Sequence[Curve]) -> rrb.Container:
+    plots = []
+    for plot in dict.fromkeys(curve.plot for curve in curves):
+        quantities = dict.fromkeys(curve.quantity for curve in curves if curve.plot == plot)
+        views = [
+            rrb.TimeSeriesView(
+                origin=study.plot_path(plot, quantity),
+                name=name_column(quantity),
+                plot_legend=rrb.Corner2D.RightBottom if i == 0 else rrb.PlotLegend(visible=False),
+            )
+            for i, quantity in enumerate(quantities)
+        ]
+        plots.append(rrb.Horizontal(*views, name=plot))
+    return plots[0] if len(plots) == 1 else rrb.Tabs(*plots)
+
+
+def _aspect(png: bytes) -> float:
+    """Width to height of a PNG picture."""
+    width, height = struct.unpack(">II", png[16:24])
+    return width / height
