@@ -95,14 +95,20 @@ def _log_study(stream: rr.RecordingStream, study: StudyReview) -> None:
             cloud = rr.Points3D(points[::every], colors=entities.PLAIN_COLOR if colors is None else colors[::every])
             stream.log(study.model_path(thing, method), cloud, static=True)
     curves = study.curves
-    lines = list(dict.fromkeys(curve.line for curve in curves))
+    colors = _color_lines(list(dict.fromkeys(curve.line for curve in curves)))
     for curve in curves:
-        color = entities.METHOD_COLORS.get(curve.line, entities.category_color(lines.index(curve.line)))
-        style = rr.SeriesLines(colors=[color], names=[curve.line], widths=[2.0])
+        style = rr.SeriesLines(colors=[colors[curve.line]], names=[curve.line], widths=[2.0])
         path = study.plot_path(curve.plot, curve.quantity) + entity_path(curve.line or "all")
         stream.log(path, style, static=True)
         times = [rr.TimeColumn(name, sequence=curve.times) for name in (curve.timeline, SHARED_TIMELINE)]
         stream.send_columns(path, times, rr.Scalars.columns(scalars=curve.values))
+
+
+def _color_lines(lines: Sequence[str]) -> dict[str, entities.Color]:
+    """The methods' own colours, grey for a control beside them; where there are no methods one for each line."""
+    if entities.METHOD_COLORS.keys() & set(lines):
+        return {line: entities.METHOD_COLORS.get(line, entities.ENTROPY_COLOR) for line in lines}
+    return {line: entities.category_color(i) for i, line in enumerate(lines)}
 
 
 def _write_statement(sentence: str) -> str:

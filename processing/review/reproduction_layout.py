@@ -3,18 +3,19 @@
 import struct
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import rerun.blueprint as rrb
 
 from processing.review import entities
 from processing.review.claims_grid import view_claims
 from processing.review.columns import name_column
-from processing.review.layout import Scene
 from processing.review.study import StudyReview, collect_verdicts, entity_path
 from processing.review.study_curves import Curve
 from processing.review.verdicts import VERDICTS
 
 SHARED_TIMELINE = "step_or_view"  # the viewer plots over one timeline at a time: here all curves are on it
 HEADINGS = dict(zip(VERDICTS, ("Holds", "Does not hold", "Cannot be told"), strict=True))
+_EYE = np.array([0.8, 0.8, 0.7])  # from an object's centre, in its sizes
 _WIDE = 1.7  # width to height of a figure below which its words stand, not beside it
 
 
@@ -69,23 +70,31 @@ def _view_study(study: StudyReview) -> rrb.Container:
 
 
 def _view_models(study: StudyReview) -> list[rrb.Container]:
-    """A tab for each object, its models side by side, seen by the first camera."""
-    return [
-        rrb.Grid(
-            *(
-                rrb.Spatial3DView(
-                    origin=study.model_path(thing, method),
-                    name=method,
-                    background=entities.BACKGROUND,
-                    line_grid=False,
-                    eye_controls=Scene.around(points, None, None).eye() if len(points) else None,
-                )
-                for method, (points, _) in models.items()
-            ),
-            name=thing,
-        )
-        for thing, models in study.models.items()
-    ]
+    """A tab for each object, its models side by side, seen from one place."""
+    tabs = []
+    for thing, models in study.models.items():
+        eye = _look_at(np.concatenate([points for points, _ in models.values()]))
+        views = [
+            rrb.Spatial3DView(
+                origin=study.model_path(thing, method),
+                name=method,
+                background=entities.BACKGROUND,
+                line_grid=False,
+                eye_controls=eye,
+            )
+            for method in models
+        ]
+        tabs.append(rrb.Horizontal(*views, name=thing))
+    return tabs
+
+
+def _look_at(points: np.ndarray) -> rrb.EyeControls3D | None:
+    """An eye behind points (N, 3), z up, to their right and above: errors add up away from the first camera."""
+    if not len(points):
+        return None
+    low, high = np.percentile(points, [1, 99], axis=0)
+    center, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    return rrb.EyeControls3D(position=center + _EYE * size, look_target=center, eye_up=(0.0, 0.0, 1.0))
 
 
 def _view_curves(study: StudyReview, curves: Sequence[Curve]) -> rrb.Container:

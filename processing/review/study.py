@@ -10,7 +10,7 @@ import rerun as rr
 from processing.review.study_curves import Curve, find_curves
 from processing.review.verdicts import Statement
 
-Cloud = tuple[np.ndarray, np.ndarray | None]  # points (N, 3) in a camera's frame, colours (N, 3) uint8
+Cloud = tuple[np.ndarray, np.ndarray | None]  # points (N, 3), z up; colours (N, 3) uint8
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from rerun.chunk import RrdReader
 
 from processing.reproduction.claims import compare
+from processing.review import entities
 from processing.review.claims_grid import draw_claims
 from processing.review.columns import lay_out_columns, name_column, write_value
-from processing.review.reproduction import list_claims, tabulate_rows, write_reproduction
+from processing.review.reproduction import _color_lines, list_claims, tabulate_rows, write_reproduction
 from processing.review.reproduction_layout import SHARED_TIMELINE
 from processing.review.study import StudyReview
 from processing.review.study_curves import find_curves, find_timeline
@@ -140,6 +141,13 @@ def test_rows_along_which_nothing_goes_on_have_no_curves(rows):
 
 
 # --- the recording
+
+
+def test_a_control_beside_the_methods_has_no_method_s_colour():
+    colors = _color_lines(["icp", "identity", "refined"])
+    assert colors["icp"] == entities.METHOD_COLORS["icp"]
+    assert colors["identity"] not in entities.METHOD_COLORS.values()
+    assert len(set(_color_lines(["PCA", "ZCA", "DCAE"]).values())) == 3
 
 
 def draw_png(width: float, height: float) -> bytes:

@@ -88,7 +88,7 @@ def plan(tmp_path):
 def leave_results(folder, methods):
     """What registration leaves of a circle; the second view has no estimate."""
     folder.mkdir(parents=True)
-    ply_file.write(folder / "model.ply", np.ones((9, 3), np.float32))
+    ply_file.write(folder / "model.ply", np.array([[0.0, -np.cos(np.pi / 6), -0.5]], np.float32))
     lines = ["view,name,method,status,translation_error_m,rotation_error_chordal,rotation_error_deg,center_error_m"]
     for method in methods:
         lines += [f"0,a,{method},ok,0,0,0,0", f"14,b,{method},no_consensus,,,,", f"28,c,{method},ok,0.5,0.25,9,0.125"]
@@ -188,6 +188,13 @@ def test_frames_of_the_first_run_are_read_by_circle_and_method(plan):
     last = rows[-1]
     assert (last["view"], last["translation_error_m"], last["center_error_m"]) == (28, 0.5, 0.125)
     assert [row["rotation_error_chordal"] for row in rows if row["view"] == 14] == [None] * 6
+
+
+def test_models_stand_upright(plan):
+    """What is straight up from a camera that looks down by 30 degrees is along z."""
+    (models,) = read_models(plan.folder).values()
+    assert list(models) == ["icp", "ours"]
+    np.testing.assert_allclose(models["ours"][0], [[0, 0, 1]], atol=1e-6)
 
 
 def test_without_a_registration_there_are_no_frames_and_no_models(tmp_path):
