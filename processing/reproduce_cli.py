@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from functools import partial
 from pathlib import Path
@@ -63,7 +64,7 @@ def reproduce(
         workers=workers or cpu_count() or 1,
         progress=progress,
     )
-    command = " ".join(["orbitscan", *sys.argv[1:]])
+    command = shlex.join(["orbitscan", *sys.argv[1:]])
     ensure_compiled(partial(typer.echo, err=True))
     failed = False
     for name in STUDIES if what == "all" else [what]:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import Literal
 
@@ -79,6 +79,17 @@ class Session:
     def truth(self) -> Mapping[int, np.ndarray]:
         """T_object_camera of every view whose true pose is known, by recorded index."""
         return self.load_truth()
+
+
+def first_views(session: Session, count: int) -> Session:
+    """The session as it was after so many views; all of it where it has fewer."""
+    count = min(count, session.info.views)
+    return replace(
+        session,
+        info=replace(session.info, views=count),
+        names=session.names[:count],
+        load_truth=lambda: {view: T for view, T in session.truth().items() if view < count},
+    )
 
 
 def in_memory(info: SessionInfo, views: Sequence[View], truth: Mapping[int, np.ndarray] | None = None) -> Session:

@@ -22,7 +22,7 @@ STUDIES = {  # as the command names them, in the thesis's order -> the module an
     "figure-5.4": "orientation.draw_curves",
     "figure-5.5": "orientation.draw_confusions",
     "figure-5.8": "registration.compare_errors",
-    "figure-5.9": "registration.show_models",
+    "figure-5.9": "models.show_models",
     "figure-5.10": "registration.compare_seconds",
     "study-overlap": "overlap.vary_overlap",
 }

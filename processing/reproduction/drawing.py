@@ -19,15 +19,16 @@ _STYLE = {
     "axes.axisbelow": True,
     "grid.color": "#dddddd",
     "legend.frameon": False,
-    "figure.dpi": 150,
 }
 _NOTCHED = 8  # runs; a notch over fewer reaches beyond its box
 
 
-def new_figure(rows: int = 1, columns: int = 1, width: float = 7.0, height: float = 3.2) -> tuple[Figure, np.ndarray]:
+def new_figure(
+    rows: int = 1, columns: int = 1, width: float = 7.0, height: float = 3.2, dpi: int = 150
+) -> tuple[Figure, np.ndarray]:
     """A figure of so many inches, and its axes (rows, columns)."""
     with rc_context(_STYLE):
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(width, height), layout="constrained", dpi=dpi)
         return figure, figure.subplots(rows, columns, squeeze=False)
 
 
@@ -95,6 +96,23 @@ def draw_bars(axes: Axes, groups: Sequence[str], series: Mapping[str, Sequence[f
     axes.grid(visible=False, axis="x")
 
 
+def draw_stacks(axes: Axes, groups: Mapping[str, Mapping[str, tuple[float, float]]]) -> None:
+    """Seconds of registration and, on top, of the removal of outliers: a bar for each method of each group."""
+    for place, methods in enumerate(groups.values()):
+        width = 0.8 / len(methods)
+        for i, (method, (registration, removal)) in enumerate(methods.items()):
+            x = place + (i - (len(methods) - 1) / 2) * width
+            style = {"edgecolor": "white", "linewidth": 0.5, "width": 0.95 * width}
+            named = f"{method}: registration" if not place else None
+            axes.bar(x, registration, color=COLORS[i], hatch=HATCHES[i], label=named, **style)
+            last = i == len(methods) - 1 and not place
+            named = "removal of outliers" if last else None
+            axes.bar(x, removal, bottom=registration, color="black", label=named, **style)
+    axes.set_xticks(range(len(groups)), list(groups))
+    axes.set_ylabel("seconds, one thread")
+    axes.grid(visible=False, axis="x")
+
+
 def draw_matrix(axes: Axes, counts: np.ndarray, names: Sequence[str]) -> None:
     """A confusion matrix (true category, found one) in per cent of each row, the counts' share as numbers."""
     shares = 100 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
@@ -112,4 +130,4 @@ def draw_matrix(axes: Axes, counts: np.ndarray, names: Sequence[str]) -> None:
 def legend_below(figure: Figure, axes: Axes) -> None:
     """One legend for all axes, below them."""
     handles, names = axes.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 4), frameon=False)
+    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 5), frameon=False)

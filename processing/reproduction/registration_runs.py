@@ -1,0 +1,130 @@
+"""What figures 5.8 to 5.10 are made of: five objects on virtual circles, registered by each method on its own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from processing.batch import Job, process_all
+from processing.reproduction.plan import Plan
+from processing.results.files import read_results
+from processing.settings import Settings
+from recorder import mcap_file
+from recorder.session import first_views
+from recorder.sources.virtual import simulate
+
+OBJECTS = {  # thesis 5.2 -> focal length [pixels] at which a view has about its 30,000 points, the helicopter's 95,000
+    "bin": 665.0,
+    "statue": 719.0,
+    "helicopter": 1934.0,
+    "robot": 613.0,
+    "vacuum_cleaner": 637.0,
+}
+CIRCLE = 250  # views, thesis 5.2
+FEW = 18  # of them that are used there, 20 degrees apart
+IDENTITY = "identity + refiner"  # our control: `pairwise` without any feature
+
+
+@dataclass(frozen=True)
+class Way:
+    """Methods that are run together."""
+
+    folder: str
+    methods: tuple[str, ...]
+    settings: Settings = field(default_factory=Settings)
+
+
+_PAIR = Settings().pair
+WAYS = (  # each apart, so that it has its own model and its own seconds
+    Way("icp", ("icp",)),
+    Way("ransac_icp", ("ransac_icp",)),
+    Way("identity", ("pairwise",), replace(Settings(), pair=replace(_PAIR, starts=("identity",)))),
+    Way("ours", ("pairwise", "refined")),
+)
+METHODS = {  # as they are shown -> the way, and the method in its results
+    "icp": ("icp", "icp"),
+    "ransac_icp": ("ransac_icp", "ransac_icp"),
+    IDENTITY: ("identity", "pairwise"),
+    "pairwise": ("ours", "pairwise"),
+    "refined": ("ours", "refined"),
+}
+
+
+@dataclass(frozen=True)
+class Circle:
+    """Views of an object by a camera that goes round it."""
+
+    what: str
+    views: int
+    seed: int = 0  # of the noise
+    dense: bool = False  # 360 / CIRCLE degrees apart; else FEW views go round
+
+    @property
+    def name(self) -> str:
+        """Of its recording."""
+        return f"{self.what}-{'dense' if self.dense else 'sparse'}-{self.views}-seed-{self.seed}"
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What one method made of one circle."""
+
+    circle: Circle
+    method: str  # of METHODS
+    views: list[dict[str, Any]]  # of results.json: view, status, errors (None where there is no estimate)
+    poses: dict[int, np.ndarray]  # T_0_i of every view that has an estimate
+    seconds: dict[str, float]  # registration, outlier_removal
+
+    def errors(self, name: str) -> list[float]:
+        """One of the errors of every view after the first that has an estimate."""
+        return [view[name] for view in self.views[1:] if view[name] is not None]
+
+
+def list_circles(plan: Plan) -> list[Circle]:
+    """FEW views of each object for every seed, and once its whole circle, or as much of it as the plan's fraction."""
+    dense = max(FEW, round(CIRCLE * plan.fraction))
+    sparse = [Circle(what, FEW, seed) for seed in plan.seeds for what in OBJECTS]
+    return sparse + [Circle(what, dense, dense=True) for what in OBJECTS]
+
+
+def run_all(plan: Plan) -> list[Run]:
+    """Every circle by every method; what is recorded or registered already is not done again.
+
+    Raises what recording and processing raise.
+    """
+    circles = list_circles(plan)
+    paths = [plan.folder / "circles" / f"{circle.name}.mcap" for circle in circles]
+    for circle, path in plan.progress(zip(circles, paths, strict=True), len(circles), "Recording the circles"):
+        _record(circle, path)
+    for way in WAYS:
+        job = Job(plan.folder / "registration" / way.folder, "all", way.methods, way.settings, model=None)
+        for outcome in plan.progress(process_all(paths, job, plan.workers), len(paths), f"Registering by {way.folder}"):
+            if outcome.error is not None:
+                raise outcome.error
+    return list(_read_all(plan, circles))
+
+
+def _record(circle: Circle, path: Path) -> None:
+    if not path.exists():
+        views = CIRCLE if circle.dense else FEW
+        session = simulate(circle.what, views=views, focal=OBJECTS[circle.what], seed=circle.seed, name=circle.name)
+        mcap_file.write(first_views(session, circle.views), path)
+
+
+def _read_all(plan: Plan, circles: list[Circle]) -> Iterator[Run]:
+    for circle in circles:
+        for shown, (way, method) in METHODS.items():
+            folder = plan.folder / "registration" / way / circle.name
+            timings = json.loads((folder / "timings.json").read_text(encoding="utf-8"))
+            seconds = {
+                "registration": timings["methods"][method]["total"],
+                "outlier_removal": timings["outlier_removal"],
+            }
+            views = read_results(folder)["reconstruction"][method]["views"]
+            placed = {view["view"]: np.array(view["T_0_i"]) for view in views if view["T_0_i"] is not None}
+            yield Run(circle, shown, views, placed, seconds)
