@@ -1,4 +1,4 @@
-"""Does the method align "irrespective of the initial transformation if only a portion of overlap exists", as claimed?"""
+"""Is the method "irrespective of the initial transformation if only a portion of overlap exists", as it claims?"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,0 +1,117 @@
+"""The registration studies: circles recorded once, each method on its own, errors and models as they are."""
+
+import numpy as np
+import pytest
+
+from processing.reproduction import models, registration, registration_runs
+from processing.reproduction.plan import Plan
+from processing.reproduction.registration_runs import FEW, METHODS, Circle, Run, list_circles, run_all
+from recorder import mcap_file
+from recorder.exceptions import ScanError
+
+
+@pytest.fixture
+def robot(monkeypatch):
+    """Six views of one small object instead of all."""
+    for module in (registration_runs, registration, models):
+        monkeypatch.setattr(module, "OBJECTS", {"robot": 200.0})
+    monkeypatch.setattr(registration_runs, "FEW", 6)
+    monkeypatch.setattr(registration_runs, "CIRCLE", 60)
+
+
+def test_the_few_views_stay_and_the_circle_is_cut(tmp_path):
+    circles = list_circles(Plan(tmp_path, runs=2, fraction=0.1))
+    assert len(circles) == 2 * 5 + 5
+    assert {circle.views for circle in circles if not circle.dense} == {FEW}
+    assert {circle.views for circle in circles if circle.dense} == {25}
+    assert len({circle.name for circle in circles}) == len(circles)
+
+
+@pytest.mark.usefixtures("robot", "open3d")
+def test_all_methods_are_run_once_and_read_back(tmp_path):
+    plan = Plan(tmp_path, runs=1, fraction=0.05)
+    runs = run_all(plan)
+    assert [run.method for run in runs] == [*METHODS, *METHODS]
+    sparse = {run.method: run for run in runs if not run.circle.dense}
+    assert max(sparse["refined"].errors("rotation_error_chordal")) < 0.05
+    assert sparse["icp"].seconds["registration"] > 0
+    recorded = mcap_file.read(tmp_path / "circles" / "robot-dense-6-seed-0.mcap")
+    assert (recorded.info.views, recorded.info.views_per_turn, len(recorded.truth())) == (6, 60, 6)
+    written = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()}
+    again = run_all(plan)
+    assert [run.seconds for run in again] == [run.seconds for run in runs]
+    assert {path: path.stat().st_mtime_ns for path in written} == written
+
+    report = models.show_models(plan)
+    assert list(report.figures) == ["figure-5.9-robot"]
+    off = {row["method"]: row["median_off_mm"] for row in report.rows}
+    assert off["refined"] < 2
+    assert [row["views"] for row in report.rows if row["method"] == "refined"] == [6]
+    for name, study in (("figure-5.8", registration.compare_errors), ("figure-5.10", registration.compare_seconds)):
+        assert study(plan).name == name
+
+    (tmp_path / "circles" / "robot-sparse-6-seed-0.mcap").write_bytes(b"spoilt")
+    with pytest.raises(ScanError, match="robot-sparse-6-seed-0"):
+        run_all(plan)
+
+
+def fake(what, method, seed, error, dense=False, seconds=2.0):
+    view = {"status": "ok", "translation_error_m": error, "rotation_error_chordal": error, "center_error_m": error}
+    views = [
+        {"view": i} | {key: value if i or key == "status" else 0.0 for key, value in view.items()} for i in range(3)
+    ]
+    circle = Circle(what, 3, seed, dense)
+    return Run(circle, method, views, {}, {"registration": seconds, "outlier_removal": 0.5})
+
+
+@pytest.fixture
+def faked(monkeypatch):
+    """Runs in which RANSAC helps the bin and harms the robot, and ICP takes twice as long."""
+    errors = {"icp": 0.2, "ransac_icp": 0.1, "pairwise": 0.01, "refined": 0.001}
+
+    def run_all(plan):
+        return [
+            fake(
+                what,
+                method,
+                seed,
+                errors.get(method, 0.05) * (3 if (what, method) == ("robot", "ransac_icp") else 1),
+                dense,
+                4.0 if method == "icp" else 2.0,
+            )
+            for dense in (False, True)
+            for seed in (plan.seeds if not dense else (0,))
+            for what in registration_runs.OBJECTS
+            for method in METHODS
+        ]
+
+    monkeypatch.setattr(registration, "run_all", run_all)
+
+
+@pytest.mark.usefixtures("faked")
+def test_the_claim_is_judged_object_by_object(tmp_path):
+    report = registration.compare_errors(Plan(tmp_path, runs=3))
+    said = {line.split(" (")[0] for line in report.said}
+    assert "RANSAC before ICP makes the largest rotation error of the bin smaller: holds" in said
+    assert "RANSAC before ICP makes the largest rotation error of the robot smaller: does not hold" in said
+    (row,) = (r for r in report.rows if (r["object"], r["method"], r["part"]) == ("bin", "icp", "20 degrees apart"))
+    assert (row["max_translation_mm"], row["max_chordal"], row["runs"]) == pytest.approx((200, 0.2, 3))
+    assert "for 4 of 5 objects" in report.said[-2]
+    assert set(report.figures) == {"figure-5.8", "figure-5.8-all"}
+
+
+@pytest.mark.usefixtures("faked")
+def test_seconds_are_stacked_by_object(tmp_path):
+    report = registration.compare_seconds(Plan(tmp_path, runs=2))
+    assert len(report.rows) == 2 * 5 * 2
+    assert "bin 0.50" in report.said[0]
+    axes = report.figures["figure-5.10"].axes[0]
+    heights = [bar.get_height() for container in axes.containers[:2] for bar in container]
+    assert heights == pytest.approx([4.0, 0.5])
+
+
+def test_a_view_without_estimate_is_no_error():
+    run = fake("bin", "icp", 0, 0.5)
+    run.views[2]["center_error_m"] = None
+    assert run.errors("center_error_m") == [0.5]
+    assert np.isnan(registration._curves([run], "center_error_m")[0, 1])
