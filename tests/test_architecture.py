@@ -76,7 +76,11 @@ def test_the_page_knows_of_the_recorder_only_the_session():
 def test_the_truth_is_asked_for_in_few_places():
     sources = {module: ROOT / (module.replace(".", "/") + ".py") for module in MODULES if "processing." in module}
     readers = {m for m, path in sources.items() if path.exists() and ".truth()" in path.read_text(encoding="utf-8")}
-    assert readers == {"processing.batch", "processing.reproduction.models"}  # which shows a model from its front
+    assert readers == {
+        "processing.batch",
+        "processing.reproduction.models",  # which shows a model from its front
+        "processing.reproduction.overlap_runs",  # which turns the start, and judges
+    }
 
 
 def test_the_page_is_a_page():
