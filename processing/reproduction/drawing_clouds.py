@@ -26,7 +26,7 @@ def draw_cloud(axes: Axes, points: np.ndarray, side: str, half: float, colors: n
     own = np.full((len(points), 3), _GREY) if colors is None else colors / 255
     shaded = own + (1 - own) * (_FADE * (1 - share))[:, None]
     axes.scatter(
-        (relative @ right)[order], (relative @ up)[order], s=1.2, c=shaded[order], linewidths=0, rasterized=True
+        (relative @ right)[order], (relative @ up)[order], s=2.4, c=shaded[order], linewidths=0, rasterized=True
     )
     axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
     axes.set_axis_off()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,7 +54,8 @@ def show_models(plan: Plan) -> Report:
 def _place(plan: Plan, run: Run) -> Placed:
     """A model moved from the first camera's frame to the object's: the truth serves to look at it and to judge it."""
     recording = mcap_file.read(plan.folder / "circles" / f"{run.circle.name}.mcap")
-    path = plan.folder / "models" / f"{run.circle.name}-{run.method}.ply"
+    digest = hashlib.sha256(json.dumps(run.key, sort_keys=True).encode()).hexdigest()
+    path = plan.folder / "models" / f"{run.circle.name}-{run.method}-{digest[:12]}.ply"
     if not path.exists():
         _build(recording, run, path)
     points, colors = ply_file.read(path)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from processing.batch import Job, process_all
+from processing.reproduction.files import write_whole
 from processing.reproduction.plan import Plan
 from processing.results.files import read_results
 from processing.settings import Settings
@@ -18,13 +20,14 @@ from recorder import mcap_file
 from recorder.session import first_views
 from recorder.sources.virtual import simulate
 
-OBJECTS = {  # thesis 5.2 -> focal length [pixels] at which a view has about its 30,000 points, the helicopter's 95,000
+OBJECTS = {  # thesis 5.2 -> focal length [pixels] at which a view has about 30,000 points, the helicopter's 105,000
     "bin": 665.0,
     "statue": 719.0,
     "helicopter": 1934.0,
     "robot": 613.0,
     "vacuum_cleaner": 637.0,
 }
+ELEVATION_DEG = 30.0  # of the camera
 CIRCLE = 250  # views, thesis 5.2
 FEW = 18  # of them that are used there, 20 degrees apart
 IDENTITY = "identity + refiner"  # our control: `pairwise` without any feature
@@ -69,6 +72,12 @@ class Circle:
         """Of its recording."""
         return f"{self.what}-{'dense' if self.dense else 'sparse'}-{self.views}-seed-{self.seed}"
 
+    @property
+    def key(self) -> dict[str, Any]:
+        """All that its recording depends on."""
+        turn = {"views_per_turn": CIRCLE if self.dense else FEW, "elevation_deg": ELEVATION_DEG}
+        return {"orbitscan": version("orbitscan"), "focal_pixels": OBJECTS[self.what]} | turn | asdict(self)
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -79,10 +88,16 @@ class Run:
     views: list[dict[str, Any]]  # of results.json: view, status, errors (None where there is no estimate)
     poses: dict[int, np.ndarray]  # T_0_i of every view that has an estimate
     seconds: dict[str, float]  # registration, outlier_removal
+    key: dict[str, Any] = field(default_factory=dict)  # all that it depends on, as its results hold it
 
     def errors(self, name: str) -> list[float]:
         """One of the errors of every view after the first that has an estimate."""
         return [view[name] for view in self.views[1:] if view[name] is not None]
+
+    @property
+    def unplaced(self) -> int:
+        """Views without an estimate: they have no error, and count as failed."""
+        return sum(view["translation_error_m"] is None for view in self.views)
 
 
 def list_circles(plan: Plan) -> list[Circle]:
@@ -110,10 +125,21 @@ def run_all(plan: Plan) -> list[Run]:
 
 
 def _record(circle: Circle, path: Path) -> None:
-    if not path.exists():
-        views = CIRCLE if circle.dense else FEW
-        session = simulate(circle.what, views=views, focal=OBJECTS[circle.what], seed=circle.seed, name=circle.name)
-        mcap_file.write(first_views(session, circle.views), path)
+    """Render a circle, unless its recording is there; a file beside it says what it was recorded from."""
+    note, key = path.with_suffix(".json"), json.dumps(circle.key, indent=1) + "\n"
+    if path.exists() and note.exists() and note.read_text(encoding="utf-8") == key:
+        return
+    session = simulate(
+        circle.what,
+        views=circle.key["views_per_turn"],
+        elevation_deg=ELEVATION_DEG,
+        focal=OBJECTS[circle.what],
+        seed=circle.seed,
+        name=circle.name,
+    )
+    note.unlink(missing_ok=True)
+    mcap_file.write(first_views(session, circle.views), path)
+    write_whole(note, key)
 
 
 def _read_all(plan: Plan, circles: list[Circle]) -> Iterator[Run]:
@@ -125,6 +151,7 @@ def _read_all(plan: Plan, circles: list[Circle]) -> Iterator[Run]:
                 "registration": timings["methods"][method]["total"],
                 "outlier_removal": timings["outlier_removal"],
             }
-            views = read_results(folder)["reconstruction"][method]["views"]
+            results = read_results(folder)
+            views = results["reconstruction"][method]["views"]
             placed = {view["view"]: np.array(view["T_0_i"]) for view in views if view["T_0_i"] is not None}
-            yield Run(circle, shown, views, placed, seconds)
+            yield Run(circle, shown, views, placed, seconds, results["key"])
