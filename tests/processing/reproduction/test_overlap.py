@@ -97,7 +97,9 @@ def test_the_verdict_is_whether_a_turned_start_matters(monkeypatch, tmp_path):
     def succeeds(method, azimuth, start, what):
         return {"icp": start == 0, "ransac_icp": what != "bin"}.get(method, False)
 
-    found = verdicts(study(monkeypatch, Plan(tmp_path, runs=3), succeeds))
+    report = study(monkeypatch, Plan(tmp_path, runs=3), succeeds)
+    found = verdicts(report)
+    assert "from a turned start (0 % of the trials) as from an unturned one (100 %)" in report.said[0]
     assert found["icp"] == "does not hold"
     assert found["ransac_icp"] == "holds"
     assert found["pairwise"] == "cannot be told"  # what never succeeds is independent of nothing
