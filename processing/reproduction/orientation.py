@@ -70,20 +70,14 @@ def draw_confusions(plan: Plan) -> Report:
 def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[str]:
     """(3.27): what is known of the side never makes the category less sure."""
     with_head, without = runs[WITH], runs[WITHOUT]
+    claims = (
+        ("With the orientation the category is told more accurately", "accuracy", 100.0, "points"),
+        ("With the orientation the loss is smaller", "loss", -1.0, "nats"),
+        ("With the orientation there is less overfitting", "overfitting", -1.0, "nats"),
+    )
     return [
-        str(
-            compare(
-                "With the orientation the category is told more accurately",
-                column(with_head, "accuracy", 100),
-                column(without, "accuracy", 100),
-                "points",
-            )
-        ),
-        str(
-            compare(
-                "With the orientation the loss is smaller", column(without, "loss"), column(with_head, "loss"), "nats"
-            )
-        ),
+        str(compare(text, column(with_head, key, factor), column(without, key, factor), unit))
+        for text, key, factor, unit in claims
     ]
 
 
