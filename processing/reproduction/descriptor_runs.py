@@ -1,4 +1,4 @@
-"""The runs of table 5.3: descriptors matched with a few known views, and a network that learns from the same few."""
+"""The runs of table 5.3: descriptors matched with a few known views, and the network on exactly the views they name."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from natsort import natsorted
@@ -103,8 +103,9 @@ class Matching:
 
 @dataclass(frozen=True, eq=False)
 class Learning:
-    """Tested views named by a network that learns from the descriptors' known views alone."""
+    """Tested views named by a network that learns from all training views, or from the known ones alone."""
 
+    learns: Literal["all", "known"]
     data: Data
     known: Choice
     tested: Choice
@@ -115,14 +116,15 @@ class Learning:
     @property
     def name(self) -> str:
         """Of its file."""
-        return f"descriptors-network-seed-{self.seed}"
+        return f"descriptors-network-{self.learns}-seed-{self.seed}"
 
     @property
     def key(self) -> dict[str, Any]:
         """What its result depends on."""
         return {
+            "learns": self.learns,
             "views": self.data.fingerprint,
-            "known": self.known.digest,
+            "known": self.known.digest if self.learns == "known" else None,
             "tested": self.tested.digest,
             "settings": asdict(self.settings),
             "seed": self.seed,
@@ -147,23 +149,32 @@ def match_once(task: Matching) -> dict[str, Any]:
 
 
 def learn_once(task: Learning) -> dict[str, Any]:
-    """The same of a network, points to categories; it learns from as many batches as one with all training views."""
-    everything = data.load(task.data)
-    views = _gather(task.known, everything.names)
-    rows = np.arange(len(views))
-    settings = replace(task.settings, epoch_views=len(data.split(everything).train))
-    nothing = np.empty(0, np.int64)
-    *_, model = train(views, Split(rows, rows, nothing), settings, seed=task.seed, device=task.device)
+    """The same of a network, points to categories; from few views it learns in as many batches as from all."""
+    views, settings = data.load(task.data), task.settings
+    rows = data.split(views)
+    if task.learns == "known":
+        settings = replace(settings, epoch_views=len(rows.train))
+        views = _gather(task.known, views.names)
+        rows = Split(np.arange(len(views)), np.arange(len(views)), np.empty(0, np.int64))
+    *_, model = train(views, rows, settings, seed=task.seed, device=task.device)
+    clouds = task.tested.load()
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.pt"
         files.save(model, path)
-        names, seconds = _name_views(Classifier(path), task.tested.load())
+        names, seconds = _name_views(Classifier(path), clouds)
+        gpu_seconds = None if task.device == "cpu" else _name_views(Classifier(path, task.device), clouds)[1]
     return {
         "accuracy": _share_right(names, task.tested),
-        "known": len(task.known.views),
+        "known": len(rows.train),
         "tested": len(task.tested.views),
         "seconds": seconds,
+        "gpu_seconds": gpu_seconds,
     }
+
+
+def run_once(task: Matching | Learning) -> dict[str, Any]:
+    """What either kind of run reaches."""
+    return match_once(task) if isinstance(task, Matching) else learn_once(task)
 
 
 def _name_views(classifier: Classifier, clouds: list[np.ndarray]) -> tuple[list[str | None], float]:

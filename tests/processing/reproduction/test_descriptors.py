@@ -1,14 +1,13 @@
 """Table 5.3: which views are known and tested, what a descriptor and a network name rightly, and what is claimed."""
 
-import numpy as np
 import pytest
 
 from processing.classification.labelled_views import gather
 from processing.classification.voxels import VoxelSettings
 from processing.reproduction import data, descriptors, initialisations
-from processing.reproduction.descriptor_runs import Learning, Matching, choose, learn_once, match_once
+from processing.reproduction.descriptor_runs import Learning, Matching, choose, learn_once, match_once, run_once
 from processing.reproduction.plan import Plan
-from processing.reproduction.training_run import change_thesis
+from processing.reproduction.training_run import Training, change_thesis, train_once
 from recorder import corpus
 from recorder.session import Session
 from tests.processing.classification import toys
@@ -64,46 +63,95 @@ def test_shapes_are_told_apart_by_their_descriptors(sessions, found, kind):
     assert result["seconds"] == result["description_s"] + result["search_s"] > 0
 
 
+SMALL = change_thesis(
+    {"structure": "C(4,3,2)-P(2)-FC(3)", "epochs": 12, "batch": 8, "voxels": VoxelSettings(12, "density")}
+)
+
+
 def test_a_network_learns_from_the_same_few_views(sessions, found):
-    known, tested = choose(sessions, 1, 0)
-    how = change_thesis(
-        {"structure": "C(4,3,2)-P(2)-FC(3)", "epochs": 12, "batch": 8, "voxels": VoxelSettings(12, "density")}
-    )
-    result = learn_once(Learning(found, known, tested, how, 0))
+    result = learn_once(Learning("known", found, *choose(sessions, 1, 0), SMALL, 0))
     assert result["accuracy"] > 0.5
+    assert (result["known"], result["tested"]) == (54, 18)
     assert result["seconds"] > 0
+    assert result["gpu_seconds"] is None
 
 
-def test_keys_name_what_a_result_depends_on_and_no_paths(sessions, found):
-    known, tested = choose(sessions, 1, 0)
-    tasks = [Matching(kind, found, known, tested, 0) for kind in ("shot", "esf")]
-    assert tasks[0].key != tasks[1].key
-    assert str(found.path) not in str([task.key for task in tasks])
+def test_a_network_of_all_training_views_is_the_kept_trainings(sessions, found):
+    known, tested = choose(sessions, 1, 0)  # the tested are all test views
+    result = learn_once(Learning("all", found, known, tested, SMALL, 3))
+    kept = train_once(Training(found, SMALL, 3, curve=2))
+    assert result["accuracy"] == pytest.approx(kept["accuracy"], abs=1 / len(tested.views))
+    assert result["known"] == 54
 
 
-def test_the_table_has_nine_rows_and_claims_the_order_of_the_thesis(monkeypatch, tmp_path):
+def test_keys_name_what_a_result_depends_on_and_no_paths(sessions, found, monkeypatch):
+    monkeypatch.setattr("processing.reproduction.descriptor_runs.KNOWN", 5)
+    (known, tested), (others, _) = choose(sessions, 1, 0), choose(sessions, 1, 1)
+    tasks = [Matching(kind, found, which, tested, 0) for kind in ("shot", "esf") for which in (known, others)]
+    tasks += [Learning("known", found, which, tested, SMALL, 0) for which in (known, others)]
+    tasks += [Learning("all", found, known, tested, SMALL, seed) for seed in (0, 1)]
+    keys = [str(task.key) for task in tasks]
+    assert len(set(keys)) == len(keys)
+    assert str(found.path) not in str(keys)
+    assert Learning("all", found, known, tested, SMALL, 0).key == Learning("all", found, others, tested, SMALL, 0).key
+
+
+ACCURACY = {"SHOT": 0.8, "FPFH": 0.75, "PFH": 0.7, "ESF": 0.5, descriptors.SAME: 0.9, descriptors.CONTROL: 0.6}
+SECONDS = {"SHOT": 20.0, "FPFH": 30.0, "PFH": 600.0, "ESF": 10.0, descriptors.SAME: 1.0, descriptors.CONTROL: 2.0}
+
+
+@pytest.fixture
+def report(monkeypatch, tmp_path):
     fakes.stub(monkeypatch, initialisations, [0.9, 0.9, 0.9, 0.7])
-    accuracy = {"SHOT": 0.8, "FPFH": 0.75, "PFH": 0.7, "ESF": 0.5, descriptors.CONTROL: 0.6}
-    seconds = {"SHOT": 20.0, "FPFH": 30.0, "PFH": 600.0, "ESF": 10.0, descriptors.CONTROL: 1.0}
+    runs = {
+        name: [
+            {"accuracy": level + 0.01 * (i % 2), "seconds": SECONDS[name], "known": 200, "tested": 95} for i in range(4)
+        ]
+        for name, level in ACCURACY.items()
+    }
+    monkeypatch.setattr(descriptors, "_match_all", lambda plan: runs)
+    return descriptors.compare_descriptors(Plan(tmp_path, runs=4))
 
-    def match_all(plan):
-        return {
-            name: [
-                {"accuracy": level + 0.01 * (i % 2), "seconds": seconds[name], "known": 200, "tested": 95}
-                for i in plan.seeds
-            ]
-            for name, level in accuracy.items()
-        }
 
-    monkeypatch.setattr(descriptors, "_match_all", match_all)
-    report = descriptors.compare_descriptors(Plan(tmp_path, runs=4))
-    assert len(report.rows) == 9
+def test_the_table_has_the_thesis_rows_and_two_controls(report):
+    assert [row["classifier"] for row in report.rows][4:] == list(ACCURACY)
     shot = report.rows[4]
     assert (shot["accuracy_percent"], shot["seconds_for_475"]) == pytest.approx((80.5, 100))
-    verdicts = {line.split(":")[0]: line.split(": ")[1].split(" (")[0] for line in report.said if "(difference" in line}
+    assert (shot["seconds_measured"], shot["views_measured"]) == (20, 95)
+    assert [row["seconds_for_475"] for row in report.rows[:4]] == [5, 5, 5, 5]  # the network of all training views
+    assert set(report.shown) < set(report.rows[0])
+
+
+def test_the_orders_of_the_thesis_are_claims(report):
+    verdicts = {line.split(": ")[-2]: line.split(": ")[-1].split(" (")[0] for line in report.said if "(diff" in line}
     assert verdicts["The network from Glorot is more accurate than SHOT"] == "holds"
     assert verdicts["The network from ZCA is more accurate than SHOT"] == "does not hold"
     assert verdicts["SHOT is more accurate than PFH"] == "holds"
     assert verdicts["PFH is more accurate than FPFH"] == "does not hold"
+    assert verdicts["with the same known views the network is more accurate than SHOT"] == "does not hold"
+    assert verdicts["on the same test views the network is more accurate than SHOT"] == "holds"
+    assert [text for text in verdicts if "takes longer" in text] == [
+        "PFH takes longer than FPFH",
+        "FPFH takes longer than SHOT",
+        "SHOT takes longer than ESF",
+        "ESF takes longer than the network",
+    ]
     assert report.said[-1].startswith("From fast to slow: ESF, SHOT, FPFH, PFH; in the thesis: ESF, SHOT, FPFH, PFH.")
-    assert np.isfinite([row["accuracy_percent"] for row in report.rows]).all()
+
+
+def test_runs_go_to_the_classifier_they_are_of(sessions, found, monkeypatch, tmp_path):
+    monkeypatch.setattr(data, "provide", lambda plan: found)
+    monkeypatch.setattr(data, "open_circles", lambda plan: sessions)
+
+    def keep(plan, work, tasks, what):
+        assert work is run_once
+        return [{"seed": task.seed, "of": getattr(task, "kind", None) or task.learns} for task in tasks]
+
+    monkeypatch.setattr(descriptors, "keep", keep)
+    runs = descriptors._match_all(Plan(tmp_path, runs=3))
+    assert {name: {run["of"] for run in found} for name, found in runs.items()} == {
+        **{kind.upper(): {kind} for kind in descriptors.THESIS},
+        descriptors.SAME: {"all"},
+        descriptors.CONTROL: {"known"},
+    }
+    assert all([run["seed"] for run in found] == [0, 1, 2] for found in runs.values())
