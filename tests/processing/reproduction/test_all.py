@@ -5,7 +5,15 @@ import json
 import pytest
 
 from processing.cli import app
-from processing.reproduction import STUDIES, gallery, models, overlap, registration, registration_runs
+from processing.reproduction import (
+    STUDIES,
+    gallery,
+    models,
+    overlap,
+    registration,
+    registration_errors,
+    registration_runs,
+)
 from recorder import cli as recorder_cli
 from recorder import corpus
 
@@ -16,7 +24,7 @@ def tiny(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(corpus, "INSTANCES", dict.fromkeys(corpus.INSTANCES, 2))
     monkeypatch.setattr(corpus, "ELEVATIONS_DEG", {1: 30.0})
-    for module in (registration_runs, registration, models):
+    for module in (registration_runs, registration_errors, registration, models):
         monkeypatch.setattr(module, "OBJECTS", {"robot": 200.0})
     monkeypatch.setattr(registration_runs, "FEW", 6)
     monkeypatch.setattr(registration_runs, "CIRCLE", 60)

@@ -60,7 +60,7 @@ def test_shapes_are_told_apart_by_their_descriptors(sessions, found, kind):
     result = match_once(Matching(kind, found, known, tested, 0))
     assert result["accuracy"] > 0.6  # a guess has a third
     assert (result["known"], result["tested"]) == (54, 18)
-    assert result["seconds"] == result["description_s"] + result["search_s"] > 0
+    assert result["seconds"] > 0
 
 
 SMALL = change_thesis(
