@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from processing import model_cli, reproduce_cli
+from processing import model_cli, reproduce_cli, review_cli
 from recorder import cli as recorder_cli
 from recorder.exceptions import InvalidOption
 from recorder.progress import progress
@@ -26,6 +26,7 @@ app = typer.Typer(
 recorder_cli.mount(app)
 model_cli.mount(app)
 reproduce_cli.mount(app)
+review_cli.mount(app)
 
 _AMBIGUOUS = "the object looks the same from several sides; if you know the turntable's step, --step-deg settles it"
 _COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown
@@ -97,32 +98,6 @@ def process(
     if done:
         typer.echo(f"Look at it: orbitscan view {done[0].folder if len(done) == 1 else results}")
     raise typer.Exit(_exit_status(outcomes, strict))
-
-
-@app.command()
-def view(
-    what: Annotated[Path, typer.Argument(help="A results folder, a review (.rrd) or a recording (.mcap).")],
-) -> None:
-    """Open results or a recording in the Rerun viewer.
-
-    orbitscan view results/bunny
-    """
-    import subprocess
-
-    files = _files_to_view(what)
-    try:
-        raise typer.Exit(subprocess.call(["rerun", *map(str, files)]))
-    except FileNotFoundError:
-        raise InvalidOption("rerun", "the viewer is not on the PATH", "activate the environment of orbitscan") from None
-
-
-def _files_to_view(what: Path) -> list[Path]:
-    if what.is_file():
-        return [what]
-    reviews = [what / "review.rrd"] if (what / "review.rrd").is_file() else sorted(what.glob("*/review.rrd"))
-    if not reviews:
-        raise InvalidOption(what, "holds no review.rrd", "name a results folder, a .rrd or a .mcap")
-    return reviews
 
 
 def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings":

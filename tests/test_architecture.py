@@ -17,6 +17,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "errors",
     "results.files",
     "results.confusion",
+    "results.comparison",
     "pipeline",
     "compilation",
     "review",
@@ -24,6 +25,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "reproduction",
     "model_cli",
     "reproduce_cli",
+    "review_cli",
     "cli",
 ]
 MODULES = sorted(

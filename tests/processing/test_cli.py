@@ -413,18 +413,6 @@ def test_in_a_batch_one_broken_recording_does_not_stop_the_others(done, tmp_path
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["good"]
 
 
-def test_view_hands_the_review_to_the_viewer(done, tmp_path):
-    folder, _ = done
-    viewer = tmp_path / "rerun"
-    viewer.write_text('#!/bin/sh\necho "$@"\n')
-    viewer.chmod(0o755)
-    path = {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
-    assert "out/blob/review.rrd" in run("view", "out/blob", cwd=folder, env=path).stdout
-    assert "out/blob/review.rrd" in run("view", "out", cwd=folder, env=path).stdout
-    assert "blob.mcap" in run("view", "blob.mcap", cwd=folder, env=path).stdout
-    assert run("view", "nowhere", cwd=folder, env=path).returncode == 2
-
-
 def test_help_imports_nothing_heavy():
     code = "import sys, processing.cli; print(*sys.modules)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
