@@ -20,7 +20,7 @@ from processing.review.training import TrainingReview, describe_epoch, tabulate_
 from recorder.exceptions import UnwritableOutput
 from tests import viewer
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 CATEGORIES = ("bowl", "cap", "coffee_mug")
 RECORDS = [
     EpochRecord(1.1, 0.5, 1.2, 0.4, 1, ((4, 4, 2), (5, 5, 0), (0, 0, 10)), 400.0),
@@ -145,7 +145,7 @@ def test_a_killed_training_is_readable_up_to_its_last_epoch(tmp_path):
     script = f"""
 import os
 from pathlib import Path
-from tests.processing.test_review_training import CATEGORIES, RECORDS, TrainingReview, TrainingSettings
+from tests.processing.review.test_training import CATEGORIES, RECORDS, TrainingReview, TrainingSettings
 review = TrainingReview(Path({str(tmp_path / "model.rrd")!r}), CATEGORIES, TrainingSettings())
 review.add(RECORDS[0])
 os._exit(9)

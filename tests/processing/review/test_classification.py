@@ -20,17 +20,8 @@ from processing.review.classification import (
 )
 from processing.review.session import SessionReview
 from tests import viewer
-from tests.processing.test_review import (
-    EMPTY,
-    Results,
-    contrast,
-    make_info,
-    make_results,
-    packed,
-    read_all,
-    read_rows,
-    true_poses,
-)
+from tests.processing.review.made_results import EMPTY, Results, make_info, make_results, true_poses
+from tests.processing.review.recordings import contrast, packed, read_all, read_rows
 
 CATEGORIES = ("bowl", "cap", "coffee_mug", "pliers")
 VIEWS = [  # probabilities of each view alone, and its score; the last of the five views has no points

@@ -1,0 +1,40 @@
+"""What is not in order, in words: pairs that the graph leaves out, other poses as good."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from processing.results.records import ViewEstimate
+from processing.review.edges import count_edges, left_out, strongest
+from processing.review.findings import explain, list_joint_findings
+from recorder import poses
+from tests.processing.review.made_results import _make_pair
+from tests.processing.review.recordings import read_all, read_rows
+
+
+def test_a_view_is_spoken_for_by_its_best_edge_that_nothing_contradicts(reviewed):
+    found = reviewed[1][1].reconstruction["refined"]
+    assert {view: pair.target for view, pair in strongest(found.pairs).items()} == {1: 0, 2: 1, 3: 2}
+    assert count_edges(found.pairs) == {0: 1, 1: 2, 2: 2, 3: 1}
+    curve = read_rows(reviewed[0], "/evidence/edges/**", "Scalars:scalars")["/evidence/edges/refined"]
+    assert curve == {0: [1.0], 1: [2.0], 2: [2.0], 3: [1.0]}
+
+
+def test_an_edge_that_the_graph_leaves_out_is_a_line_of_the_log(reviewed):
+    path, (_, session) = reviewed
+    ((pair, disagreement),) = left_out(session.reconstruction["refined"])
+    assert (pair.source, pair.target) == (2, 0)
+    assert disagreement.degrees == pytest.approx(90)
+    assert disagreement.metres == pytest.approx(0, abs=1e-9)  # the quarter turn is about the line of sight
+    findings = [text for view, _, text in list_joint_findings(session) if view == 2]
+    assert findings == [
+        next(text for text in findings if "pair 2 to 0 is left out: the others contradict it by 90°" in text)
+    ]
+    assert findings[0] in read_all(path, "/log", "TextLog:text")
+
+
+def test_alternatives_are_named_by_their_turn():
+    half_turn = poses.from_quaternion(np.zeros(3), [0, 1, 0, 0], "")
+    pair = replace(_make_pair(1, 0, "ambiguous", True, 2000), alternatives=(half_turn,))
+    assert "As good when turned by 180°" in explain(ViewEstimate(1, "ambiguous", np.eye(4)), pair)
