@@ -12,7 +12,7 @@ import typer
 from recorder import cli, mcap_file, poses
 from recorder.session import in_memory
 from tests.geometry import scan
-from tests.recorder.test_mcap_file import cloud_offsets, damage_chunk
+from tests.recorder.mcap_file.session import cloud_offsets, damage_chunk
 
 SESSION = scan(n_views=5, step_deg=30, points=6000)
 

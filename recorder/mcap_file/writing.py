@@ -1,0 +1,55 @@
+"""Session -> .mcap: every message a chunk of its own, flushed, so that a writer that dies loses nothing it finished."""
+
+import contextlib
+import os
+from pathlib import Path
+from typing import Any
+
+from mcap.writer import CompressionType
+from mcap_protobuf.writer import Writer
+
+from recorder.exceptions import UnwritableOutput
+from recorder.mcap_file.description import info_to_metadata
+from recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC, cloud_message, pose_message
+from recorder.session import Session
+
+
+def write(session: Session, path: Path) -> None:
+    """Write a session's views and true poses; the file appears whole or not at all. Raises UnwritableOutput.
+
+    While it grows it is called `<path>.part`, which `read` understands too.
+    """
+    path = Path(path)
+    part = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("wb") as stream:
+            _write(session, stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(path)
+    except OSError as error:
+        _discard(part)
+        raise UnwritableOutput(path, f"cannot be written ({error.strerror})", "choose another place with -o") from None
+    except BaseException:
+        _discard(part)
+        raise
+
+
+def _discard(part: Path) -> None:
+    with contextlib.suppress(OSError):  # it may stand where nothing can: in a file, in a folder that is read-only
+        part.unlink()
+
+
+def _write(session: Session, stream: Any) -> None:
+    writer = Writer(stream, chunk_size=1, compression=CompressionType.ZSTD)
+    writer.add_metadata("scan_session", info_to_metadata(session.info, len(session.names)))
+    writer.add_metadata("scan_views", {str(i): name for i, name in enumerate(session.names)})
+    truth = session.truth()
+    for view in session.views("all"):
+        times = {"log_time": view.stamp_ns, "publish_time": view.stamp_ns, "sequence": view.index}
+        if (T_object_camera := truth.get(view.index)) is not None:
+            writer.write_message(POSES_TOPIC, pose_message(view.stamp_ns, T_object_camera), **times)
+        writer.write_message(POINTS_TOPIC, cloud_message(view), **times)
+        stream.flush()
+    writer.finish()
