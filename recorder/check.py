@@ -108,7 +108,7 @@ def _check_views(sights: Sequence[_Sight]) -> list[Finding]:
 
     def find(severity: Literal["problem", "warning", "info"], chosen: list[_Sight], what: str, remedy: str) -> None:
         if chosen:
-            findings.append(Finding(severity, f"{_views([sight.index for sight in chosen])}: {what}", remedy))
+            findings.append(Finding(severity, f"{name_views([sight.index for sight in chosen])}: {what}", remedy))
 
     whole = [sight for sight in sights if not sight.damage]
     few = f"fewer than {FEW_POINTS} points"
@@ -214,8 +214,8 @@ def length(metres: float) -> str:
     return f"{number:.0f} {unit}" if number >= 10 else f"{number:.2g} {unit}"
 
 
-def _views(indices: Sequence[int]) -> str:
-    """`view 3`, `views 0-4 and 7`."""
+def name_views(indices: Sequence[int]) -> str:
+    """`view 3`, `views 0-4, 7`."""
     runs: list[list[int]] = []
     for index in indices:
         if runs and index == runs[-1][-1] + 1:

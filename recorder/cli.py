@@ -256,14 +256,20 @@ def info(recording: Recording) -> None:
     import numpy as np
 
     from recorder import cloud, mcap_file
-    from recorder.check import length
+    from recorder.check import length, name_views
     from recorder.session import DEFAULT_VIEWS, select_views
 
     session = mcap_file.read(recording)
     facts = session.info
     measured = [cloud.measure(cloud.finite(view.points)[0]) for view in session.views(INFO_VIEWS)]
     measured = [fact for fact in measured if fact.points > 1]
-    points = [len(cloud.finite(view.points)[0]) for view in session.views()]
+    points, unreadable = [], []
+    for view in session.views():
+        points.append(len(cloud.finite(view.points)[0]))
+        if view.damage:
+            unreadable.append(view.index)
+    damage = [session.damage] if session.damage else []
+    damage += [f"{name_views(unreadable)} unreadable"] if unreadable else []
     used = select_views(str(DEFAULT_VIEWS), session.names)
     try:
         known = f"{len(session.truth())} of {facts.views}"
@@ -286,7 +292,7 @@ def info(recording: Recording) -> None:
         "resolution": f"{1000 * median(lambda fact: fact.resolution):.2f} mm",
         "noise": f"{1000 * median(lambda fact: fact.noise):.2f} mm",
         f"--views {DEFAULT_VIEWS}": "all" if len(used) == facts.views else " ".join(map(str, used)),
-        "damage": session.damage or "none",
+        "damage": "; ".join(damage) or "none",
     }
     for key, value in rows.items():
         print(f"{key:<12} {value}")

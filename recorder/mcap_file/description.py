@@ -1,13 +1,49 @@
-"""A session's facts and the names of its views as metadata, and back."""
+"""A session's facts and the names of its views as metadata, and back.
 
-from collections.abc import Collection, Mapping
+MCAP has no CRC for metadata: a flipped bit in the sensor's origin would turn normals unseen. So each of our records
+holds one of its own, `crc32`; a record without is believed only where no other has one, as in files of other writers.
+"""
+
+import zlib
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
+from mcap.records import Metadata
 
 from recorder.session import SessionInfo
 
 FORMAT_VERSION = "1"
+SESSION, VIEWS = "scan_session", "scan_views"  # names of the records
+LOST_AT_MOST = 10_000  # views; a count or a number that says more are missing is wrong itself
+_CRC = "crc32"
+
+
+def seal(name: str, entries: Mapping[str, str]) -> dict[str, str]:
+    """The entries of a metadata record and the CRC-32 of them, in hexadecimal.
+
+    It is taken of the record's name and then, sorted by key, of each key and value, all UTF-8 and each with a zero byte
+    behind it: tools that write an .mcap anew may sort the entries otherwise.
+    """
+    return {**entries, _CRC: f"{_crc32(name, entries):08x}"}
+
+
+def believe(records: Iterable[Metadata]) -> dict[str, dict[str, str]]:
+    """Name -> entries of the records that are right by their CRC; without any CRC in the file, the first of a name."""
+    records = list(records)
+    sealed = any(_CRC in record.metadata for record in records if record.name in (SESSION, VIEWS))
+    believed: dict[str, dict[str, str]] = {}
+    for record in records:
+        entries = {key: value for key, value in record.metadata.items() if key != _CRC}
+        ours = sealed and record.name in (SESSION, VIEWS)
+        if not ours or record.metadata.get(_CRC) == f"{_crc32(record.name, entries):08x}":
+            believed.setdefault(record.name, entries)
+    return believed
+
+
+def _crc32(name: str, entries: Mapping[str, str]) -> int:
+    words = [name, *(word for entry in sorted(entries.items()) for word in entry)]
+    return zlib.crc32("".join(f"{word}\0" for word in words).encode())
 
 
 def info_to_metadata(info: SessionInfo, views: int) -> dict[str, str]:
@@ -35,11 +71,11 @@ def describe(
     path: Path, metadata: Mapping[str, Mapping[str, str]], views: Collection[int]
 ) -> tuple[SessionInfo, tuple[str, ...]]:
     """The session's facts and view names, from the metadata or, where these are lost, from the file itself."""
-    raw = metadata.get("scan_session", {})
-    named = metadata.get("scan_views", {})
-    count = _number(raw.get("views")) or (max(views, default=-1) + 1)
-    count = max(int(count), max(views, default=-1) + 1)
-    names = tuple(named.get(str(i), f"view_{i:03d}") for i in range(min(count, 10**6)))
+    raw = metadata.get(SESSION, {})
+    named = metadata.get(VIEWS, {})
+    seen, told = max(views, default=-1) + 1, int(_number(raw.get("views")) or 0)
+    count = max(seen, told) if told <= len(views) + LOST_AT_MOST else seen
+    names = tuple(named.get(str(i), f"view_{i:03d}") for i in range(count))
     origin = [_number(word) for word in raw.get("sensor_origin", "").split()]
     capture = raw.get("capture", "unknown")
     info = SessionInfo(

@@ -1,46 +1,106 @@
-"""The contents of an .mcap of our layout by its summary."""
+"""The contents of an .mcap of our layout by its summary, where the file fits it."""
 
-import os
+import mmap
 import struct
 import zlib
-from pathlib import Path
-from typing import IO
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from io import BytesIO
 
-from mcap.reader import make_reader
+from mcap.records import Channel, ChunkIndex, MetadataIndex, Statistics
+from mcap.stream_reader import StreamReader
 
+from recorder.mcap_file.description import SESSION, believe
 from recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC
-from recorder.mcap_file.records import DAMAGE, MAGIC, Contents
+from recorder.mcap_file.records import (
+    CHUNK,
+    DAMAGE,
+    MAGIC,
+    RECORD_HEADER,
+    Contents,
+    Place,
+    read_chunk_head,
+    read_metadata,
+)
 
-_FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, of its offsets, CRC of the summary
+FOOTER = struct.Struct("<BQQQI")  # opcode, length, start of the summary, of its offsets, CRC of the summary
+FOOTER_OPCODE, FOOTER_LENGTH = 0x02, 20
 
 
-def read_index(path: Path) -> Contents | None:
-    """The contents by the file's summary; None where it has none, or one that does not fit our layout."""
+@dataclass(frozen=True)
+class Summary:
+    """What the end of a file tells of the rest."""
+
+    channels: Mapping[int, Channel] = field(default_factory=dict)
+    chunks: tuple[ChunkIndex, ...] = ()  # in the order of the file
+    metadata: tuple[MetadataIndex, ...] = ()
+    statistics: Statistics | None = None
+
+
+def read_summary(data: mmap.mmap) -> Summary | None:
+    """A file's summary; None where it has none that has the CRC its footer tells.
+
+    mcap's own reader believes a summary, and with a flipped bit takes one view for another.
+    """
+    footer = len(data) - FOOTER.size - len(MAGIC)
+    if footer < len(MAGIC) or data[-len(MAGIC) :] != MAGIC:
+        return None
+    opcode, length, start, _, crc = FOOTER.unpack_from(data, footer)
+    if (opcode, length) != (FOOTER_OPCODE, FOOTER_LENGTH) or not len(MAGIC) <= start <= footer or not crc:
+        return None
+    if zlib.crc32(data[start : footer + FOOTER.size - 4]) != crc:  # the CRC itself is left out
+        return None
     try:
-        with path.open("rb") as stream:
-            reader = make_reader(stream)
-            summary = reader.get_summary()
-            if summary is None or not summary.chunk_indexes or not _summary_is_whole(stream):
-                return None
-            metadata = {record.name: record.metadata for record in reader.iter_metadata()}
-            ids = {channel.topic: channel.id for channel in summary.channels.values()}
-            chunks = sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
-            clouds = [c.chunk_start_offset for c in chunks if ids.get(POINTS_TOPIC) in c.message_index_offsets]
-            pose_chunks = [c.chunk_start_offset for c in chunks if ids.get(POSES_TOPIC) in c.message_index_offsets]
-            views = metadata["scan_session"]["views"]
-            if len(clouds) != int(views) or summary.statistics is None:
-                return None
-            if summary.statistics.message_count != len(clouds) + len(pose_chunks):
-                return None  # other topics, or several messages a chunk: somebody else's layout
+        records = list(StreamReader(BytesIO(data[start:]), skip_magic=True, emit_chunks=True).records)
     except DAMAGE:
         return None
-    return Contents(set(ids), metadata, dict(enumerate(clouds)), dict(enumerate(pose_chunks)), None)
+    chunks = [record for record in records if isinstance(record, ChunkIndex)]
+    return Summary(
+        channels={record.id: record for record in records if isinstance(record, Channel)},
+        chunks=tuple(sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)),
+        metadata=tuple(record for record in records if isinstance(record, MetadataIndex)),
+        statistics=next((record for record in records if isinstance(record, Statistics)), None),
+    )
 
 
-def _summary_is_whole(stream: IO[bytes]) -> bool:
-    """Whether the summary has the CRC its footer tells; the library trusts it, and may take one view for another."""
-    stream.seek(-(_FOOTER.size + len(MAGIC)), os.SEEK_END)
-    end = stream.tell() + _FOOTER.size - 4  # the CRC itself is left out
-    _, _, start, _, crc = _FOOTER.unpack(stream.read(_FOOTER.size))
-    stream.seek(start)
-    return crc == 0 or zlib.crc32(stream.read(end - start)) == crc
+def says_no_summary(data: mmap.mmap) -> bool:
+    """Whether the footer of a complete file says that there is no summary, or that it has no CRC."""
+    _, _, start, _, crc = FOOTER.unpack_from(data, len(data) - FOOTER.size - len(MAGIC))
+    return start == 0 or crc == 0
+
+
+def read_index(data: mmap.mmap, summary: Summary) -> Contents | None:
+    """The contents by the file's summary; None where the file does not fit it, or is not of our layout."""
+    ids = {channel.topic: channel.id for channel in summary.channels.values()}
+    clouds = [c.chunk_start_offset for c in summary.chunks if ids.get(POINTS_TOPIC) in c.message_index_offsets]
+    poses = [c.chunk_start_offset for c in summary.chunks if ids.get(POSES_TOPIC) in c.message_index_offsets]
+    messages = summary.statistics.message_count if summary.statistics else 0
+    if data[: len(MAGIC)] != MAGIC or not clouds or messages != len(clouds) + len(poses):
+        return None  # damaged, or other topics, or several messages a chunk: somebody else's layout
+    try:
+        if not all(_fits(data, chunk) for chunk in summary.chunks):
+            return None
+        records = [read_metadata(data, index.offset + RECORD_HEADER.size)[0] for index in summary.metadata]
+    except DAMAGE:
+        return None
+    metadata = believe(records)
+    if (
+        set(metadata) != {record.name for record in records}
+        or metadata.get(SESSION, {}).get("views") != f"{len(clouds)}"
+    ):
+        return None
+    encodings = {channel.topic: channel.message_encoding for channel in summary.channels.values()}
+    places = ({i: Place(offset) for i, offset in enumerate(offsets)} for offsets in (clouds, poses))
+    return Contents(encodings, metadata, *places, numbered=True)
+
+
+def _fits(data: mmap.mmap, index: ChunkIndex) -> bool:
+    """Whether the chunk that an index tells of stands in its place, and no other."""
+    head = read_chunk_head(data, index.chunk_start_offset)
+    return (
+        data[head.offset] == CHUNK
+        and head.record_length + RECORD_HEADER.size == index.chunk_length == head.end - head.offset
+        and head.times == (index.message_start_time, index.message_end_time)
+        and (head.compression, head.length, head.size)
+        == (index.compression, index.compressed_size, index.uncompressed_size)
+    )

@@ -1,9 +1,12 @@
 """Views and true poses as Foxglove messages, and back."""
 
+import contextlib
+
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+from google.protobuf.message import DecodeError
 from mcap.records import Message
 
 from recorder import poses
@@ -11,6 +14,9 @@ from recorder.session import View
 
 POINTS_TOPIC = "/camera/points"
 POSES_TOPIC = "/tf"
+ENCODING = "protobuf"
+
+_OBJECT, _CAMERA = "object", "camera"  # the frames
 
 _XYZ = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
 _RGBA = [("red", "u1"), ("green", "u1"), ("blue", "u1"), ("alpha", "u1")]
@@ -24,7 +30,7 @@ _NUMPY_TYPES = {
 
 def pose_message(stamp_ns: int, T_object_camera: np.ndarray) -> FrameTransform:
     """A true pose, from `object` to `camera`."""
-    message = FrameTransform(parent_frame_id="object", child_frame_id="camera")
+    message = FrameTransform(parent_frame_id=_OBJECT, child_frame_id=_CAMERA)
     message.timestamp.FromNanoseconds(stamp_ns)
     x, y, z = T_object_camera[:3, 3]
     message.translation.x, message.translation.y, message.translation.z = x, y, z
@@ -43,7 +49,7 @@ def cloud_message(view: View) -> PointCloud:
         for i, channel in enumerate(("red", "green", "blue")):
             packed[channel] = view.colors[:, i]
         packed["alpha"] = 255
-    message = PointCloud(frame_id="camera", point_stride=layout.itemsize, data=packed.tobytes())
+    message = PointCloud(frame_id=_CAMERA, point_stride=layout.itemsize, data=packed.tobytes())
     message.timestamp.FromNanoseconds(view.stamp_ns)
     message.pose.position.SetInParent()
     message.pose.orientation.w = 1.0
@@ -51,6 +57,19 @@ def cloud_message(view: View) -> PointCloud:
         kind = PackedElementField.FLOAT32 if name in "xyz" else PackedElementField.UINT8
         message.fields.add(name=name, offset=layout.fields[name][1], type=kind)
     return message
+
+
+def look_like(content: bytes) -> str | None:
+    """The topic of a message of ours by its content, where the record that declares its channel is lost."""
+    with contextlib.suppress(DecodeError):
+        transform = FrameTransform.FromString(content)
+        if (transform.parent_frame_id, transform.child_frame_id) == (_OBJECT, _CAMERA):
+            return POSES_TOPIC
+    with contextlib.suppress(DecodeError):
+        cloud = PointCloud.FromString(content)
+        if cloud.frame_id == _CAMERA and {"x", "y", "z"} <= {field.name for field in cloud.fields}:
+            return POINTS_TOPIC
+    return None
 
 
 def decode_cloud(message: Message, index: int, name: str) -> View:

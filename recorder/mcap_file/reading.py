@@ -1,6 +1,8 @@
 """.mcap -> Session: by the index of an intact file, by a search through a damaged one."""
 
-from collections.abc import Mapping
+import mmap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -10,11 +12,13 @@ from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from recorder import poses
 from recorder.exceptions import UnreadableRecording
 from recorder.mcap_file.description import describe
-from recorder.mcap_file.index import read_index
-from recorder.mcap_file.messages import POINTS_TOPIC, decode_cloud
-from recorder.mcap_file.records import DAMAGE, MAGIC, read_message
+from recorder.mcap_file.index import read_index, read_summary
+from recorder.mcap_file.messages import ENCODING, POINTS_TOPIC, decode_cloud
+from recorder.mcap_file.records import DAMAGE, MAGIC, Contents, read_message
 from recorder.mcap_file.search import search
 from recorder.session import Session, View
+
+_REMEDY = "make a recording with 'orbitscan convert'"
 
 
 def read(path: Path) -> Session:
@@ -28,51 +32,76 @@ def read(path: Path) -> Session:
         problem = "is a folder" if path.is_dir() else "no such file"
         raise UnreadableRecording(path, problem, "name a recording (.mcap)")
     try:
-        start = path.open("rb").read(len(MAGIC))
+        if path.stat().st_size == 0:
+            raise UnreadableRecording(path, "the file is empty", _REMEDY)
+        with _open(path) as data:
+            if MAGIC not in (data[: len(MAGIC)], data[-len(MAGIC) :]):
+                raise UnreadableRecording(path, "not an MCAP file", _REMEDY)
+            summary = read_summary(data)
+            contents = (summary and read_index(data, summary)) or search(data, summary)
     except OSError as error:
         raise UnreadableRecording(path, f"cannot be read ({error.strerror})", "check its permissions") from None
-    if start != MAGIC:
-        problem = "the file is empty" if not start else "not an MCAP file"
-        raise UnreadableRecording(path, problem, "make a recording with 'orbitscan convert'")
-    contents = read_index(path) or search(path)
-    if POINTS_TOPIC not in contents.topics and not contents.clouds:
-        topics = ", ".join(sorted(contents.topics)) or "none that can be read"
-        raise UnreadableRecording(
-            path, f"holds no {POINTS_TOPIC} (topics: {topics})", "make a recording with 'orbitscan convert'"
-        )
+    _require_clouds(path, contents)
     info, names = describe(path, contents.metadata, contents.clouds)
     return Session(
         info=info,
         names=names,
-        load=partial(_load_view, path, contents.clouds, names),
-        load_truth=partial(_load_truth, path, contents.poses),
+        load=partial(_load_view, path, contents, names),
+        load_truth=partial(_load_truth, path, contents),
         damage=contents.damage,
     )
 
 
-def _load_view(path: Path, clouds: Mapping[int, int], names: tuple[str, ...], index: int) -> View:
-    offset = clouds.get(index)
+@contextmanager
+def _open(path: Path) -> Iterator[mmap.mmap]:
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        yield data
+
+
+def _require_clouds(path: Path, contents: Contents) -> None:
+    """Raise UnreadableRecording where there is no cloud that we could read."""
+    encoding = contents.encodings.get(POINTS_TOPIC, ENCODING)
+    if encoding != ENCODING:
+        problem = f"its {POINTS_TOPIC} is encoded as '{encoding}', not as a Foxglove PointCloud in {ENCODING}"
+    elif contents.clouds:
+        return
+    elif contents.damage and (contents.metadata or POINTS_TOPIC in contents.encodings):
+        problem = f"no view can be read ({contents.damage})"
+    elif POINTS_TOPIC in contents.encodings:
+        problem = f"nothing was recorded on {POINTS_TOPIC}"
+    else:
+        problem = (
+            f"holds no {POINTS_TOPIC} (topics: {', '.join(sorted(contents.encodings)) or 'none that can be read'})"
+        )
+    raise UnreadableRecording(path, problem, _REMEDY)
+
+
+def _load_view(path: Path, contents: Contents, names: tuple[str, ...], index: int) -> View:
     damage = "missing from the recording"
-    if offset is not None:
+    if index in contents.clouds:
         try:
-            message = read_message(path, offset, index)
+            with _open(path) as data:
+                message = read_message(data, contents.clouds[index])
+            if contents.numbered and message.sequence != index:
+                raise ValueError("another view in its place")
             return decode_cloud(message, index, names[index])
         except DAMAGE as error:
             damage = f"damaged in the recording ({type(error).__name__})"
     return View(index, names[index], (index + 1) * 10**9, np.empty((0, 3), np.float32), None, damage)
 
 
-def _load_truth(path: Path, chunks: Mapping[int, int]) -> dict[int, np.ndarray]:
+def _load_truth(path: Path, contents: Contents) -> dict[int, np.ndarray]:
     truth = {}
-    for key, offset in chunks.items():
-        try:
-            message = read_message(path, offset, None)
-            transform = FrameTransform.FromString(message.data)
-        except DAMAGE:
-            continue  # a lost pose is an unknown one
-        t, q = transform.translation, transform.rotation
-        index = message.sequence or key  # somebody else's writer may leave the sequence at zero
-        truth[index] = poses.from_quaternion(
-            np.array([t.x, t.y, t.z]), np.array([q.x, q.y, q.z, q.w]), f"{path.name}, pose of view {index}"
-        )
+    with _open(path) as data:
+        for view, place in contents.poses.items():
+            try:
+                message = read_message(data, place)
+                transform = FrameTransform.FromString(message.data)
+            except DAMAGE:
+                continue  # a lost pose is an unknown one
+            t, q = transform.translation, transform.rotation
+            index = message.sequence if contents.numbered else view
+            truth[index] = poses.from_quaternion(
+                np.array([t.x, t.y, t.z]), np.array([q.x, q.y, q.z, q.w]), f"{path.name}, pose of view {index}"
+            )
     return truth

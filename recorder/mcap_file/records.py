@@ -1,28 +1,32 @@
-"""The records of an .mcap that a session is made of: where they are, and what they hold."""
+"""The records of an .mcap that a session is made of, read without trusting a length or a size."""
 
 import mmap
 import struct
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
+import lz4.frame
 import zstandard
 from google.protobuf.message import DecodeError
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
-from mcap.records import Chunk, Message, Metadata
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata
 from mcap.stream_reader import breakup_chunk
 
 MAGIC = b"\x89MCAP0\r\n"
-CHUNK, METADATA = 0x06, 0x0C
+CHANNEL, CHUNK, ATTACHMENT, METADATA = 0x04, 0x06, 0x09, 0x0C
 RECORD_HEADER = struct.Struct("<BQ")  # opcode, length
+LARGEST_CHUNK = 2**30  # bytes uncompressed; a view of 60 million points
 
+_CHUNK_HEAD = struct.Struct("<BQQQQII")  # opcode, length, first and last time, size, its CRC, length of compression
+_LENGTH = struct.Struct("<Q")
 
 # Everything the libraries raise on rubbish; they share no base.
 DAMAGE = (
     McapError,  # bad magic, end of file, absurd lengths
     ValueError,  # CRC mismatch, invalid UTF-8, array sizes
+    TypeError,  # a layout of points that is none
     struct.error,
     zstandard.ZstdError,
     DecodeError,
@@ -35,20 +39,114 @@ DAMAGE = (
 
 
 @dataclass(frozen=True)
+class Place:
+    """Where a message is: the chunk at an offset, and the how manieth of its messages."""
+
+    offset: int
+    nth: int = 0
+
+
+@dataclass(frozen=True)
 class Contents:
     """Where in a file the messages are; `damage` says what is lost of it as a whole."""
 
-    topics: set[str]
-    metadata: Mapping[str, Mapping[str, str]]
-    clouds: Mapping[int, int]  # view -> offset of its chunk
-    poses: Mapping[int, int]  # view, or any distinct number -> offset of its chunk
-    damage: str | None
+    encodings: Mapping[str, str]  # topic -> encoding of its messages
+    metadata: Mapping[str, Mapping[str, str]]  # that can be believed
+    clouds: Mapping[int, Place]  # by view
+    poses: Mapping[int, Place]  # by view or, where messages are numbered, in any order
+    numbered: bool  # whether a message's sequence is its view
+    damage: str | None = None
 
 
-def read_content(data: mmap.mmap, offset: int, opcode: int) -> Any:
-    """The chunk or metadata record at an offset, by its inner lengths, whatever its outer length says."""
-    kind = Chunk if opcode == CHUNK else Metadata
-    return kind.read(ReadDataStream(_Window(data, offset + RECORD_HEADER.size)))
+@dataclass(frozen=True)
+class ChunkHead:
+    """What stands before a chunk's data."""
+
+    offset: int
+    record_length: int
+    times: tuple[int, int]  # [ns] of its first and last message
+    size: int  # of the data, uncompressed
+    crc: int
+    compression: str
+    start: int  # of the data
+    length: int
+
+    @property
+    def end(self) -> int:
+        """Where the data end, whatever the record's own length says."""
+        return self.start + self.length
+
+
+def read_chunk_head(data: mmap.mmap, offset: int) -> ChunkHead:
+    """The head of the chunk at an offset. Raises one of DAMAGE where its data would not fit into the file."""
+    if offset < 0:
+        raise ValueError("before the start of the file")
+    _, record_length, *times, size, crc, name_length = _CHUNK_HEAD.unpack_from(data, offset)
+    name = offset + _CHUNK_HEAD.size
+    if name_length > 8:
+        raise ValueError("no compression has so long a name")
+    (length,) = _LENGTH.unpack_from(data, name + name_length)
+    compression = data[name : name + name_length].decode("ascii")
+    head = ChunkHead(offset, record_length, tuple(times), size, crc, compression, name + name_length + 8, length)
+    if head.end > len(data):
+        raise ValueError("a length beyond the end of the file")
+    return head
+
+
+def read_chunk(data: mmap.mmap, head: ChunkHead) -> list[McapRecord]:
+    """The records in a chunk, its CRC checked. Raises one of DAMAGE; never takes more memory than the chunk is long."""
+    content = _decompress(data[head.start : head.end], head)
+    if head.crc and zlib.crc32(content) != head.crc:
+        raise ValueError("CRC mismatch")
+    return breakup_chunk(
+        Chunk(
+            compression="",
+            data=content,
+            message_start_time=head.times[0],
+            message_end_time=head.times[1],
+            uncompressed_crc=0,
+            uncompressed_size=len(content),
+        )
+    )
+
+
+def _decompress(packed: bytes, head: ChunkHead) -> bytes:
+    """A chunk's data. The sizes that the data tell of themselves are allocated only where the head tells the same."""
+    if head.size > LARGEST_CHUNK:
+        raise ValueError("no chunk is so large")
+    if head.compression == "zstd":
+        if zstandard.frame_content_size(packed) not in (head.size, -1):
+            raise ValueError("two sizes")
+        content = zstandard.ZstdDecompressor().decompress(packed, max_output_size=head.size)
+    elif head.compression == "lz4":
+        content = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=head.size)
+    elif head.compression == "":
+        content = packed
+    else:
+        raise ValueError("an unknown compression")
+    if len(content) != head.size:
+        raise ValueError("not of the size it tells")
+    return content
+
+
+def read_message(data: mmap.mmap, place: Place) -> Message:
+    """The message at a place, the CRC of its chunk checked. Raises one of DAMAGE."""
+    records = read_chunk(data, read_chunk_head(data, place.offset))
+    found = [record for record in records if isinstance(record, Message)]
+    if place.nth >= len(found):
+        raise ValueError("no message in its chunk")
+    return found[place.nth]
+
+
+def read_metadata(data: mmap.mmap, start: int) -> tuple[Metadata, int]:
+    """The metadata whose content starts there, by its inner lengths, and where it ends. Raises one of DAMAGE."""
+    window = _Window(data, start)
+    return Metadata.read(ReadDataStream(window)), window.position
+
+
+def read_channel(data: mmap.mmap, start: int) -> Channel:
+    """The channel whose content starts there. Raises one of DAMAGE."""
+    return Channel.read(ReadDataStream(_Window(data, start)))
 
 
 class _Window:
@@ -62,15 +160,3 @@ class _Window:
             raise ValueError("a length beyond the end of the file")
         self.position += length
         return self.data[self.position - length : self.position]
-
-
-def read_message(path: Path, offset: int, index: int | None) -> Message:
-    """The message in the chunk at an offset (of view `index`, where given), its CRC checked."""
-    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        records = breakup_chunk(read_content(data, offset, CHUNK), validate_crc=True)
-    found = [record for record in records if isinstance(record, Message)]
-    if index is not None and len(found) > 1:
-        found = [record for record in found if record.sequence == index]
-    if not found:
-        raise ValueError("no message in its chunk")
-    return found[0]

@@ -2,91 +2,187 @@
 
 import mmap
 import re
-from collections.abc import Mapping
-from pathlib import Path
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 
-from mcap.reader import make_reader
 from mcap.records import Channel, Message, Metadata
-from mcap.stream_reader import breakup_chunk
 
-from recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC
-from recorder.mcap_file.records import CHUNK, DAMAGE, MAGIC, METADATA, RECORD_HEADER, Contents, read_content
+from recorder.mcap_file.description import LOST_AT_MOST, SESSION, VIEWS, believe
+from recorder.mcap_file.framing import Framing, lies_in, walk
+from recorder.mcap_file.index import Summary
+from recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC, look_like
+from recorder.mcap_file.records import (
+    DAMAGE,
+    MAGIC,
+    RECORD_HEADER,
+    Contents,
+    Place,
+    read_channel,
+    read_chunk,
+    read_chunk_head,
+    read_metadata,
+)
 
 # How the records we look for start, after their header: a chunk's compression field, our metadata's names.
 _CHUNK_SIGNATURE = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _BEFORE_CHUNK_SIGNATURE = RECORD_HEADER.size + 28
 _METADATA_SIGNATURE = re.compile(rb"\x0c\x00\x00\x00scan_session|\x0a\x00\x00\x00scan_views")
+# How much a search takes that comes to nothing: a file may be made so that each look costs as much as the whole file.
+_FAILURES, _WASTE = 10_000, 2**28  # looks; bytes, besides twice the file
 
 
-def search(path: Path) -> Contents:
-    """The contents of a file that is cut, damaged or not of our layout: every chunk that is still whole is used."""
-    topics: dict[int, str] = {}
-    metadata: dict[str, Mapping[str, str]] = {}
-    messages: list[tuple[int, int, int]] = []  # channel, sequence, offset of the chunk
-    broken = 0
-    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        complete = data[-len(MAGIC) :] == MAGIC and len(data) > 2 * len(MAGIC)
-        for offset, opcode in _records(data).items():
-            try:
-                content = read_content(data, offset, opcode)
-                if isinstance(content, Metadata):
-                    metadata.setdefault(content.name, content.metadata)
-                    continue
-                for record in breakup_chunk(content, validate_crc=True):
-                    if isinstance(record, Channel):
-                        topics[record.id] = record.topic
-                    elif isinstance(record, Message):
-                        messages.append((record.channel_id, record.sequence, offset))
-            except DAMAGE:
-                broken += 1
-    topics = _summary_topics(path) | topics  # the chunk that declares a channel may be a lost one
-    clouds = _by_sequence(messages, topics, POINTS_TOPIC, "scan_session" in metadata)
-    poses_ = _by_sequence(messages, topics, POSES_TOPIC, "scan_session" in metadata)
-    damage = None
-    if not complete:
-        damage = "the file is cut or damaged at its end"
-    elif broken:
-        damage = "parts of the file are damaged"
-    return Contents(set(topics.values()), metadata, clouds, poses_, damage)
+def search(data: mmap.mmap, summary: Summary | None) -> Contents:
+    """The contents of a file whose summary, where it has one, does not say all; every chunk still whole is used."""
+    framing = walk(data, summary)
+    found = _Finder(data, {channel.id: channel for channel in summary.channels.values()} if summary else {})
+    for offset in framing.channels:
+        found.add_channel(offset)
+    for offset in framing.metadata:
+        found.add_metadata(offset + RECORD_HEADER.size)
+    if not framing.whole:
+        for match in _METADATA_SIGNATURE.finditer(data):
+            if not lies_in(match.start(), framing.attachments):
+                found.add_metadata(match.start())
+    metadata = believe(found.metadata)
+    for offset in framing.chunks:
+        found.add_chunk(offset, checked=SESSION in metadata)
+    if found.failures or not framing.whole:
+        found.look_for_chunks(framing, checked=SESSION in metadata)
+    encodings = {channel.topic: channel.message_encoding for channel in found.channels.values()}
+    clouds, poses, numbered = _number(found, SESSION in metadata, damaged=bool(found.failures) or not framing.whole)
+    return Contents(encodings, metadata, clouds, poses, numbered, _tell_damage(data, framing, found, metadata))
 
 
-def _records(data: mmap.mmap) -> dict[int, int]:
-    """Offset -> opcode of the chunk and metadata records: by the file's framing as far as it goes, and by their look.
+@dataclass(frozen=True)
+class _Found:
+    """A message in a whole chunk."""
 
-    A damaged length breaks the framing or, worse, steps over whole records; the look finds those.
+    channel: int
+    sequence: int
+    digest: tuple[int, int, int]  # tells it from others, not from a copy
+    looks_like: str | None  # the topic, where nothing has declared its channel so far
+    place: Place
+
+
+@dataclass
+class _Finder:
+    """What has been found so far."""
+
+    data: mmap.mmap
+    channels: dict[int, Channel]
+    metadata: list[Metadata] = field(default_factory=list)
+    messages: list[_Found] = field(default_factory=list)
+    whole: list[tuple[int, int]] = field(default_factory=list)  # start and end of chunks
+    failures: int = 0
+    waste: int = 0
+
+    def add_channel(self, offset: int) -> None:
+        try:
+            channel = read_channel(self.data, offset + RECORD_HEADER.size)
+            self.channels.setdefault(channel.id, channel)
+        except DAMAGE:
+            self.failures += 1
+
+    def add_metadata(self, start: int) -> None:
+        try:
+            self.metadata.append(read_metadata(self.data, start)[0])
+        except DAMAGE:
+            self.failures += 1
+
+    def add_chunk(self, offset: int, checked: bool) -> None:
+        """The messages of a chunk, if it is whole; `checked`: its writer always told a CRC."""
+        size = 0
+        try:
+            head = read_chunk_head(self.data, offset)
+            size = head.length + head.size
+            if checked and not head.crc:
+                raise ValueError("the CRC is lost")
+            records = read_chunk(self.data, head)
+        except DAMAGE:
+            self.failures += 1
+            self.waste += size
+            return
+        self.whole.append((offset, head.end))
+        for record in records:
+            if isinstance(record, Channel):
+                self.channels.setdefault(record.id, record)
+        messages = [record for record in records if isinstance(record, Message)]
+        for nth, message in enumerate(messages):
+            self.messages.append(
+                _Found(
+                    channel=message.channel_id,
+                    sequence=message.sequence,
+                    digest=(message.log_time, len(message.data), zlib.crc32(message.data)),
+                    looks_like=None if message.channel_id in self.channels else look_like(message.data),
+                    place=Place(offset, nth),
+                )
+            )
+
+    def look_for_chunks(self, framing: Framing, checked: bool) -> None:
+        """Chunks by their look, where the framing has found none: a damaged length breaks it, or steps over some."""
+        known, tried, limit = sorted([*self.whole, *framing.attachments]), set(framing.chunks), 2 * len(self.data)
+        end = 0  # of the last one found
+        for match in _CHUNK_SIGNATURE.finditer(self.data):
+            offset = match.start() - _BEFORE_CHUNK_SIGNATURE
+            if offset < end or offset in tried or lies_in(match.start(), known):
+                continue
+            self.add_chunk(offset, checked)
+            if self.whole and self.whole[-1][0] == offset:
+                end = self.whole[-1][1]
+            if self.failures > _FAILURES or self.waste > _WASTE + limit:
+                return
+
+    def of(self, topic: str) -> Iterator[_Found]:
+        """The messages of a topic in the order of the file, copies left out."""
+        seen = set()
+        for message in sorted(self.messages, key=lambda message: (message.place.offset, message.place.nth)):
+            channel = self.channels.get(message.channel)
+            if (channel.topic if channel else message.looks_like) != topic:
+                continue
+            if (message.sequence, message.digest) not in seen:
+                seen.add((message.sequence, message.digest))
+                yield message
+
+
+def _number(found: _Finder, ours: bool, damaged: bool) -> tuple[dict[int, Place], dict[int, Place], bool]:
+    """The places of clouds and poses by view, and whether a message's number is its view.
+
+    In a whole file of somebody else's writer, numbers may start anywhere or all be zero; there only their order counts.
     """
-    found = {}
-    offset = len(MAGIC)
-    while offset + RECORD_HEADER.size <= len(data):
-        opcode, length = RECORD_HEADER.unpack_from(data, offset)
-        if not 0x01 <= opcode <= 0x0F or offset + RECORD_HEADER.size + length > len(data):
-            break
-        if opcode in (CHUNK, METADATA):
-            found[offset] = opcode
-        offset += RECORD_HEADER.size + length
-    for match in _CHUNK_SIGNATURE.finditer(data):
-        found[match.start() - _BEFORE_CHUNK_SIGNATURE] = CHUNK
-    for match in _METADATA_SIGNATURE.finditer(data):
-        if data[match.start() - RECORD_HEADER.size] == METADATA:
-            found[match.start() - RECORD_HEADER.size] = METADATA
-    return dict(sorted(found.items()))
+    clouds, poses = list(found.of(POINTS_TOPIC)), list(found.of(POSES_TOPIC))
+    numbers = sorted({cloud.sequence for cloud in clouds})
+    distinct = len(numbers) == len(clouds)
+    sparse = bool(numbers) and numbers[-1] >= len(numbers) + LOST_AT_MOST
+    if (ours or (damaged and distinct)) and not sparse:
+        return _by_number(clouds), _by_number(poses), True
+    if distinct:
+        views = {number: view for view, number in enumerate(numbers)}
+        return _by_number(clouds, views), _by_number(poses, views), False
+    return *({i: message.place for i, message in enumerate(kind)} for kind in (clouds, poses)), False
 
 
-def _summary_topics(path: Path) -> dict[int, str]:
-    """Channel -> topic by the summary, where there is one."""
-    try:
-        with path.open("rb") as stream:
-            summary = make_reader(stream).get_summary()
-            return {channel.id: channel.topic for channel in summary.channels.values()} if summary else {}
-    except DAMAGE:
-        return {}
+def _by_number(messages: Iterable[_Found], views: Mapping[int, int] | None = None) -> dict[int, Place]:
+    """View -> place, the first of a number; by a table from number to view, where there is one."""
+    places: dict[int, Place] = {}
+    for message in messages:
+        view = message.sequence if views is None else views.get(message.sequence)
+        if view is not None:
+            places.setdefault(view, message.place)
+    return dict(sorted(places.items()))
 
 
-def _by_sequence(
-    messages: list[tuple[int, int, int]], topics: Mapping[int, str], topic: str, ours: bool
-) -> dict[int, int]:
-    """View -> chunk offset of a topic's messages; by order where somebody else's writer left the sequence at zero."""
-    found = [(sequence, offset) for channel, sequence, offset in messages if topics.get(channel) == topic]
-    if not ours and len({sequence for sequence, _ in found}) < len(found):
-        return {i: offset for i, (_, offset) in enumerate(found)}
-    return dict(sorted(dict(reversed(found)).items()))  # the first of a number wins
+def _tell_damage(
+    data: mmap.mmap, framing: Framing, found: _Finder, metadata: Mapping[str, Mapping[str, str]]
+) -> str | None:
+    if framing.whole and not found.failures and {record.name for record in found.metadata} == set(metadata):
+        return None
+    if data[-len(MAGIC) :] != MAGIC or len(data) < 2 * len(MAGIC):
+        what = "the file is cut or damaged at its end"
+    elif data[: len(MAGIC)] != MAGIC:
+        what = "the file is damaged at its start"
+    else:
+        what = "parts of the file are damaged"
+    lost = {SESSION: "the facts of the session", VIEWS: "the names of the views"}
+    lost = [words for name, words in lost.items() if name not in metadata]
+    return f"{what}; {' and '.join(lost)} are lost" if lost else what

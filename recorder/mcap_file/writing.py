@@ -9,7 +9,7 @@ from mcap.writer import CompressionType
 from mcap_protobuf.writer import Writer
 
 from recorder.exceptions import UnwritableOutput
-from recorder.mcap_file.description import info_to_metadata
+from recorder.mcap_file.description import SESSION, VIEWS, info_to_metadata, seal
 from recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC, cloud_message, pose_message
 from recorder.session import Session
 
@@ -43,8 +43,8 @@ def _discard(part: Path) -> None:
 
 def _write(session: Session, stream: Any) -> None:
     writer = Writer(stream, chunk_size=1, compression=CompressionType.ZSTD)
-    writer.add_metadata("scan_session", info_to_metadata(session.info, len(session.names)))
-    writer.add_metadata("scan_views", {str(i): name for i, name in enumerate(session.names)})
+    writer.add_metadata(SESSION, seal(SESSION, info_to_metadata(session.info, len(session.names))))
+    writer.add_metadata(VIEWS, seal(VIEWS, {str(i): name for i, name in enumerate(session.names)}))
     truth = session.truth()
     for view in session.views("all"):
         times = {"log_time": view.stamp_ns, "publish_time": view.stamp_ns, "sequence": view.index}

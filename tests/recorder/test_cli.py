@@ -286,7 +286,7 @@ def test_info_of_a_damaged_recording(orbitscan, recording):
     recording.write_bytes(content[:-100])
     status, out, _ = orbitscan("info", recording)
     assert status == 0
-    assert "damage       the file is cut or damaged at its end\n" in out
+    assert "damage       the file is cut or damaged at its end; view 2 unreadable\n" in out
     assert "points       0 / " in out
 
 

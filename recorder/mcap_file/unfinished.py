@@ -1,0 +1,66 @@
+"""Whether a recording's writer is still at work: a foreign one writes X.mcap in place, and the footer comes last."""
+
+import os
+import sys
+import time
+from pathlib import Path
+
+from recorder.mcap_file.index import FOOTER, FOOTER_LENGTH, FOOTER_OPCODE
+from recorder.mcap_file.records import MAGIC, RECORD_HEADER
+
+QUIET_S = 10.0  # an unfinished file that has not changed for so long has no writer any more
+
+
+def still_being_written(path: Path, quiet_s: float = QUIET_S) -> bool:
+    """Whether a file has no end, and either a process holds it open for writing or it changed within `quiet_s` seconds.
+
+    A finished file costs one look at its last bytes; nothing waits. What cannot be told: Linux alone shows who has a
+    file open, and only the processes that this user may look at, on this machine. Elsewhere a writer that is silent for
+    longer than `quiet_s` (it may collect megabytes before it writes a chunk; Windows may date a file when it is closed;
+    the clock of a network share may be late) looks like one that died. And a file cut for good, but copied or cut a
+    moment ago, looks like one still written until it has been quiet for so long.
+    """
+    try:
+        with Path(path).open("rb") as stream:
+            if _is_complete(stream.fileno()):
+                return False
+            status = os.fstat(stream.fileno())
+    except OSError:  # gone, or not ours to read: not a question of time
+        return False
+    return abs(time.time() - status.st_mtime) < quiet_s or _is_open_for_writing(status)
+
+
+def _is_complete(file: int) -> bool:
+    """Whether a file ends as an .mcap: a footer and the magic."""
+    end = FOOTER.size + len(MAGIC)
+    size = os.lseek(file, 0, os.SEEK_END)
+    os.lseek(file, max(0, size - end), os.SEEK_SET)
+    tail = os.read(file, end)
+    return (
+        len(tail) == end and tail.endswith(MAGIC) and tail.startswith(RECORD_HEADER.pack(FOOTER_OPCODE, FOOTER_LENGTH))
+    )
+
+
+def _is_open_for_writing(status: os.stat_result) -> bool:
+    """Whether a process that we may look at has the file open for writing; False where /proc does not tell."""
+    if sys.platform != "linux":
+        return False
+    for process in filter(str.isdigit, _entries("/proc")):
+        for number in _entries(f"/proc/{process}/fd"):
+            try:
+                opened = os.stat(f"/proc/{process}/fd/{number}")
+                if (opened.st_dev, opened.st_ino) != (status.st_dev, status.st_ino):
+                    continue
+                flags = Path(f"/proc/{process}/fdinfo/{number}").read_text().split("flags:")[1].split()[0]
+            except (OSError, IndexError):  # closed meanwhile
+                continue
+            if int(flags, 8) & os.O_ACCMODE != os.O_RDONLY:
+                return True
+    return False
+
+
+def _entries(folder: str) -> list[str]:
+    try:
+        return os.listdir(folder)
+    except OSError:  # a process that ended, or of another user
+        return []
