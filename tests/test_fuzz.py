@@ -84,3 +84,16 @@ def test_a_command_that_breaks_or_hangs_is_noticed(monkeypatch):
     hanging = run_command("info", "x.mcap")
     assert "TooSlow" in hanging.broke
     assert hanging.seconds < 3
+
+
+def test_recordings_of_others_end_in_one_sentence(data, tmp_path):
+    bags = sorted([*data.glob("mcap_ros2_rosbag2/*.mcap"), *data.glob("mcap_rosbags_rs/*/*.mcap")])
+    assert len(bags) == 19
+    for bag in bags:
+        for command in (["info"], ["check"], ["process", "-o", str(tmp_path / "results")]):
+            end = run_command(*command, str(bag))
+            assert (end.status, end.out, end.broke) == (2, "", ""), (bag, command)
+            assert end.err.startswith(f"orbitscan: error: {bag}: holds no /camera/points (topics: ")
+            assert end.err.endswith("; make a recording with 'orbitscan convert'\n")
+            assert end.err.count("\n") == 1
+    assert not (tmp_path / "results").exists()

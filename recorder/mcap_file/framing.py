@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from recorder.mcap_file.index import FOOTER_OPCODE, Summary, says_no_summary
+from recorder.mcap_file.index import FOOTER_OPCODE, Summary, fits, says_no_summary
 from recorder.mcap_file.records import ATTACHMENT, CHANNEL, CHUNK, MAGIC, METADATA, RECORD_HEADER
 
 
@@ -44,15 +44,15 @@ def walk(data: mmap.mmap, summary: Summary | None) -> Framing:
         offset = end
     complete = opcode == FOOTER_OPCODE and data[offset:] == MAGIC == data[: len(MAGIC)]
     if summary is None:
-        fits = complete and says_no_summary(data)
+        told = complete and says_no_summary(data)
     else:
-        fits = [chunk.chunk_start_offset for chunk in summary.chunks] == found[CHUNK]
+        told = [chunk.chunk_start_offset for chunk in summary.chunks] == found[CHUNK] and fits(data, summary)
     return Framing(
         chunks=tuple(found[CHUNK]),
         metadata=tuple(found[METADATA]),
         channels=tuple(found[CHANNEL]),
         attachments=tuple(attachments),
-        whole=complete and fits,
+        whole=complete and told,
     )
 
 

@@ -77,9 +77,9 @@ def read_index(data: mmap.mmap, summary: Summary) -> Contents | None:
     messages = summary.statistics.message_count if summary.statistics else 0
     if data[: len(MAGIC)] != MAGIC or not clouds or messages != len(clouds) + len(poses):
         return None  # damaged, or other topics, or several messages a chunk: somebody else's layout
+    if not fits(data, summary):
+        return None
     try:
-        if not all(_fits(data, chunk) for chunk in summary.chunks):
-            return None
         records = [read_metadata(data, index.offset + RECORD_HEADER.size)[0] for index in summary.metadata]
     except DAMAGE:
         return None
@@ -91,11 +91,18 @@ def read_index(data: mmap.mmap, summary: Summary) -> Contents | None:
         return None
     encodings = {channel.topic: channel.message_encoding for channel in summary.channels.values()}
     places = ({i: Place(offset) for i, offset in enumerate(offsets)} for offsets in (clouds, poses))
-    return Contents(encodings, metadata, *places, numbered=True)
+    return Contents(encodings, metadata, *places, numbered=True, ours=True)
 
 
-def _fits(data: mmap.mmap, index: ChunkIndex) -> bool:
-    """Whether the chunk that an index tells of stands in its place, and no other."""
+def fits(data: mmap.mmap, summary: Summary) -> bool:
+    """Whether the chunks that the summary tells of stand in their places, and no others."""
+    try:
+        return all(_is_at_its_place(data, index) for index in summary.chunks)
+    except DAMAGE:
+        return False
+
+
+def _is_at_its_place(data: mmap.mmap, index: ChunkIndex) -> bool:
     head = read_chunk_head(data, index.chunk_start_offset)
     return (
         data[head.offset] == CHUNK

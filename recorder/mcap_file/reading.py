@@ -42,12 +42,12 @@ def read(path: Path) -> Session:
     except OSError as error:
         raise UnreadableRecording(path, f"cannot be read ({error.strerror})", "check its permissions") from None
     _require_clouds(path, contents)
-    info, names = describe(path, contents.metadata, contents.clouds)
+    info, names = describe(path, contents.metadata, {*contents.clouds, *(contents.poses if contents.numbered else ())})
     return Session(
         info=info,
         names=names,
         load=partial(_load_view, path, contents, names),
-        load_truth=partial(_load_truth, path, contents),
+        load_truth=partial(_load_truth, path, contents, len(names)),
         damage=contents.damage,
     )
 
@@ -81,7 +81,7 @@ def _load_view(path: Path, contents: Contents, names: tuple[str, ...], index: in
     if index in contents.clouds:
         try:
             with _open(path) as data:
-                message = read_message(data, contents.clouds[index])
+                message = read_message(data, contents.clouds[index], contents.ours)
             if contents.numbered and message.sequence != index:
                 raise ValueError("another view in its place")
             return decode_cloud(message, index, names[index])
@@ -90,17 +90,19 @@ def _load_view(path: Path, contents: Contents, names: tuple[str, ...], index: in
     return View(index, names[index], (index + 1) * 10**9, np.empty((0, 3), np.float32), None, damage)
 
 
-def _load_truth(path: Path, contents: Contents) -> dict[int, np.ndarray]:
+def _load_truth(path: Path, contents: Contents, views: int) -> dict[int, np.ndarray]:
     truth = {}
     with _open(path) as data:
         for view, place in contents.poses.items():
             try:
-                message = read_message(data, place)
+                message = read_message(data, place, contents.ours)
                 transform = FrameTransform.FromString(message.data)
             except DAMAGE:
                 continue  # a lost pose is an unknown one
             t, q = transform.translation, transform.rotation
             index = message.sequence if contents.numbered else view
+            if index >= views:
+                continue
             truth[index] = poses.from_quaternion(
                 np.array([t.x, t.y, t.z]), np.array([q.x, q.y, q.z, q.w]), f"{path.name}, pose of view {index}"
             )

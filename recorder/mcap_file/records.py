@@ -21,6 +21,7 @@ LARGEST_CHUNK = 2**30  # bytes uncompressed; a view of 60 million points
 
 _CHUNK_HEAD = struct.Struct("<BQQQQII")  # opcode, length, first and last time, size, its CRC, length of compression
 _LENGTH = struct.Struct("<Q")
+_FRAME_HEAD = 18  # bytes at most, of a frame of zstd
 
 # Everything the libraries raise on rubbish; they share no base.
 DAMAGE = (
@@ -36,6 +37,10 @@ DAMAGE = (
     OverflowError,
     OSError,  # a position before the start of the file
 )
+
+
+class Implausible(ValueError):
+    """A chunk whose head alone shows that it is none."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,7 @@ class Contents:
     clouds: Mapping[int, Place]  # by view
     poses: Mapping[int, Place]  # by view or, where messages are numbered, in any order
     numbered: bool  # whether a message's sequence is its view
+    ours: bool  # whether our writer wrote it, which always tells a CRC
     damage: str | None = None
 
 
@@ -93,8 +99,19 @@ def read_chunk_head(data: mmap.mmap, offset: int) -> ChunkHead:
     return head
 
 
-def read_chunk(data: mmap.mmap, head: ChunkHead) -> list[McapRecord]:
-    """The records in a chunk, its CRC checked. Raises one of DAMAGE; never takes more memory than the chunk is long."""
+def read_chunk(data: mmap.mmap, head: ChunkHead, crc_needed: bool) -> list[McapRecord]:
+    """The records in a chunk, its CRC checked. Raises one of DAMAGE; never takes more memory than the chunk is long.
+
+    Other writers may leave the CRC out; ours never does.
+    """
+    if crc_needed and not head.crc:
+        raise Implausible("the CRC is lost")
+    if head.size > LARGEST_CHUNK:
+        raise Implausible("no chunk is so large")
+    if head.compression == "zstd":
+        told = zstandard.frame_content_size(data[head.start : min(head.end, head.start + _FRAME_HEAD)])
+        if told not in (head.size, -1):
+            raise Implausible("two sizes")  # and the data's own would be allocated
     content = _decompress(data[head.start : head.end], head)
     if head.crc and zlib.crc32(content) != head.crc:
         raise ValueError("CRC mismatch")
@@ -111,15 +128,14 @@ def read_chunk(data: mmap.mmap, head: ChunkHead) -> list[McapRecord]:
 
 
 def _decompress(packed: bytes, head: ChunkHead) -> bytes:
-    """A chunk's data. The sizes that the data tell of themselves are allocated only where the head tells the same."""
-    if head.size > LARGEST_CHUNK:
-        raise ValueError("no chunk is so large")
+    """A chunk's data, no more than the size its head tells."""
     if head.compression == "zstd":
-        if zstandard.frame_content_size(packed) not in (head.size, -1):
-            raise ValueError("two sizes")
         content = zstandard.ZstdDecompressor().decompress(packed, max_output_size=head.size)
     elif head.compression == "lz4":
-        content = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=head.size)
+        decompressor = lz4.frame.LZ4FrameDecompressor()
+        content = decompressor.decompress(packed, max_length=head.size)
+        if not decompressor.eof:
+            raise ValueError("larger than it tells")
     elif head.compression == "":
         content = packed
     else:
@@ -129,9 +145,9 @@ def _decompress(packed: bytes, head: ChunkHead) -> bytes:
     return content
 
 
-def read_message(data: mmap.mmap, place: Place) -> Message:
+def read_message(data: mmap.mmap, place: Place, crc_needed: bool) -> Message:
     """The message at a place, the CRC of its chunk checked. Raises one of DAMAGE."""
-    records = read_chunk(data, read_chunk_head(data, place.offset))
+    records = read_chunk(data, read_chunk_head(data, place.offset), crc_needed)
     found = [record for record in records if isinstance(record, Message)]
     if place.nth >= len(found):
         raise ValueError("no message in its chunk")

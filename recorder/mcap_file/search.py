@@ -17,6 +17,7 @@ from recorder.mcap_file.records import (
     MAGIC,
     RECORD_HEADER,
     Contents,
+    Implausible,
     Place,
     read_channel,
     read_chunk,
@@ -41,17 +42,17 @@ def search(data: mmap.mmap, summary: Summary | None) -> Contents:
     for offset in framing.metadata:
         found.add_metadata(offset + RECORD_HEADER.size)
     if not framing.whole:
-        for match in _METADATA_SIGNATURE.finditer(data):
-            if not lies_in(match.start(), framing.attachments):
-                found.add_metadata(match.start())
+        found.look_for_metadata(framing)
     metadata = believe(found.metadata)
+    ours = SESSION in metadata
     for offset in framing.chunks:
-        found.add_chunk(offset, checked=SESSION in metadata)
-    if found.failures or not framing.whole:
-        found.look_for_chunks(framing, checked=SESSION in metadata)
-    encodings = {channel.topic: channel.message_encoding for channel in found.channels.values()}
-    clouds, poses, numbered = _number(found, SESSION in metadata, damaged=bool(found.failures) or not framing.whole)
-    return Contents(encodings, metadata, clouds, poses, numbered, _tell_damage(data, framing, found, metadata))
+        found.add_chunk(offset, ours)
+    damaged = bool(found.failures) or not framing.whole
+    if damaged:
+        found.look_for_chunks(framing, ours)
+    clouds, poses, numbered = _number(found, ours, damaged)
+    damage = _tell_damage(data, framing, found, metadata)
+    return Contents(found.encodings(), metadata, clouds, poses, numbered, ours, damage)
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ class _Finder:
     """What has been found so far."""
 
     data: mmap.mmap
-    channels: dict[int, Channel]
+    channels: dict[int, Channel]  # by a record with a CRC
+    hearsay: dict[int, Channel] = field(default_factory=dict)  # by one without
     metadata: list[Metadata] = field(default_factory=list)
     messages: list[_Found] = field(default_factory=list)
     whole: list[tuple[int, int]] = field(default_factory=list)  # start and end of chunks
@@ -78,30 +80,46 @@ class _Finder:
     waste: int = 0
 
     def add_channel(self, offset: int) -> None:
+        if self._is_hopeless():
+            return
         try:
             channel = read_channel(self.data, offset + RECORD_HEADER.size)
-            self.channels.setdefault(channel.id, channel)
+            self.hearsay.setdefault(channel.id, channel)
         except DAMAGE:
             self.failures += 1
 
     def add_metadata(self, start: int) -> None:
+        if self._is_hopeless():
+            return
         try:
-            self.metadata.append(read_metadata(self.data, start)[0])
+            record, end = read_metadata(self.data, start)
         except DAMAGE:
             self.failures += 1
+            return
+        self.metadata.append(record)
+        self.waste += end - start
 
-    def add_chunk(self, offset: int, checked: bool) -> None:
-        """The messages of a chunk, if it is whole; `checked`: its writer always told a CRC."""
+    def look_for_metadata(self, framing: Framing) -> None:
+        """Metadata of ours by their look."""
+        for match in _METADATA_SIGNATURE.finditer(self.data):
+            if not lies_in(match.start(), framing.attachments):
+                self.add_metadata(match.start())
+            if self._is_hopeless():
+                break
+        self.failures = self.waste = 0
+
+    def add_chunk(self, offset: int, crc_needed: bool) -> None:
+        """The messages of a chunk, if it is whole."""
+        if self._is_hopeless():
+            return
         size = 0
         try:
             head = read_chunk_head(self.data, offset)
             size = head.length + head.size
-            if checked and not head.crc:
-                raise ValueError("the CRC is lost")
-            records = read_chunk(self.data, head)
-        except DAMAGE:
+            records = read_chunk(self.data, head, crc_needed)
+        except DAMAGE as error:
             self.failures += 1
-            self.waste += size
+            self.waste += 0 if isinstance(error, Implausible) else size
             return
         self.whole.append((offset, head.end))
         for record in records:
@@ -119,30 +137,36 @@ class _Finder:
                 )
             )
 
-    def look_for_chunks(self, framing: Framing, checked: bool) -> None:
+    def look_for_chunks(self, framing: Framing, crc_needed: bool) -> None:
         """Chunks by their look, where the framing has found none: a damaged length breaks it, or steps over some."""
-        known, tried, limit = sorted([*self.whole, *framing.attachments]), set(framing.chunks), 2 * len(self.data)
+        known, tried = sorted([*self.whole, *framing.attachments]), set(framing.chunks)
         end = 0  # of the last one found
         for match in _CHUNK_SIGNATURE.finditer(self.data):
             offset = match.start() - _BEFORE_CHUNK_SIGNATURE
             if offset < end or offset in tried or lies_in(match.start(), known):
                 continue
-            self.add_chunk(offset, checked)
+            self.add_chunk(offset, crc_needed)
             if self.whole and self.whole[-1][0] == offset:
                 end = self.whole[-1][1]
-            if self.failures > _FAILURES or self.waste > _WASTE + limit:
+            if self._is_hopeless():
                 return
+
+    def _is_hopeless(self) -> bool:
+        return self.failures > _FAILURES or self.waste > _WASTE + 2 * len(self.data)
 
     def of(self, topic: str) -> Iterator[_Found]:
         """The messages of a topic in the order of the file, copies left out."""
         seen = set()
         for message in sorted(self.messages, key=lambda message: (message.place.offset, message.place.nth)):
-            channel = self.channels.get(message.channel)
-            if (channel.topic if channel else message.looks_like) != topic:
-                continue
-            if (message.sequence, message.digest) not in seen:
+            channel, heard = self.channels.get(message.channel), self.hearsay.get(message.channel)
+            told = channel.topic if channel else message.looks_like or (heard.topic if heard else None)
+            if told == topic and (message.sequence, message.digest) not in seen:
                 seen.add((message.sequence, message.digest))
                 yield message
+
+    def encodings(self) -> dict[str, str]:
+        """Topic -> encoding."""
+        return {c.topic: c.message_encoding for c in (self.hearsay | self.channels).values()}
 
 
 def _number(found: _Finder, ours: bool, damaged: bool) -> tuple[dict[int, Place], dict[int, Place], bool]:
@@ -155,7 +179,8 @@ def _number(found: _Finder, ours: bool, damaged: bool) -> tuple[dict[int, Place]
     distinct = len(numbers) == len(clouds)
     sparse = bool(numbers) and numbers[-1] >= len(numbers) + LOST_AT_MOST
     if (ours or (damaged and distinct)) and not sparse:
-        return _by_number(clouds), _by_number(poses), True
+        near = [pose for pose in poses if pose.sequence < len(poses) + LOST_AT_MOST]
+        return _by_number(clouds), _by_number(near), True
     if distinct:
         views = {number: view for view, number in enumerate(numbers)}
         return _by_number(clouds, views), _by_number(poses, views), False

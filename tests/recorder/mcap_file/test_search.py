@@ -1,11 +1,16 @@
 """What is lost of a damaged file is said, and nothing else is lost."""
 
+import struct
+import time
+
 import numpy as np
 import pytest
 
 from recorder import mcap_file
-from recorder.exceptions import ScanError
-from tests.recorder.mcap_file.session import assert_same_view, cloud_offsets, damage_chunk, make_session
+from recorder.exceptions import ScanError, UnreadableRecording
+from recorder.session import SessionInfo, View, in_memory
+from tests.fuzz.mutations import find_records
+from tests.recorder.mcap_file.session import assert_same, assert_same_view, cloud_offsets, damage_chunk, make_session
 
 
 @pytest.mark.parametrize("lost", [0, 2, 5])
@@ -86,4 +91,140 @@ def test_bytes_behind_the_end_cost_nothing(recording):
     recording.write_bytes(recording.read_bytes() + b"\x00" * 50)
     found, session = mcap_file.read(recording), make_session()
     for view in session.views():
+        assert_same_view(found.load(view.index), view)
+
+
+def swap(content, first, second):
+    """The file with two records, of (start, end), in each other's place."""
+    (a, b), (c, d) = sorted([first, second])
+    return content[:a] + content[c:d] + content[b:c] + content[a:b] + content[d:]
+
+
+def chunks(content):
+    """Start and end of the chunks: a pose and a cloud for each view."""
+    return [(start, end) for start, end in find_records(content) if content[start] == 0x06]
+
+
+@pytest.mark.parametrize("pair", [(0, 1), (0, 2), (0, 10), (1, 3), (5, 9), (2, 4)])
+def test_views_and_poses_in_each_other_s_place_are_found_again(recording, pair):
+    content = recording.read_bytes()
+    found = chunks(content)
+    recording.write_bytes(swap(content, *(found[i] for i in pair)))
+    assert_same(mcap_file.read(recording), make_session())
+    assert "damaged" in mcap_file.read(recording).damage
+
+
+@pytest.mark.parametrize("pair", [(1, 3), (2, 4)])
+def test_views_of_one_size_and_one_time_are_not_taken_for_each_other(tmp_path, pair):
+    """Then nothing in the index tells their chunks apart."""
+    points = np.random.default_rng(0).permutation(np.arange(300, dtype=np.float32)).reshape(100, 3)
+    views = [View(i, f"v{i}", 5, points + np.float32(1000 * i)) for i in range(3)]
+    turned = [np.eye(4)[:, [0, 2, 1, 3]] * [[1], [-1], [1], [1]], np.eye(4)]
+    session = in_memory(SessionInfo("s", 3), views, {i: turned[i % 2] for i in range(3)})
+    mcap_file.write(session, tmp_path / "s.mcap")
+    content = (tmp_path / "s.mcap").read_bytes()
+    found = chunks(content)
+    (tmp_path / "s.mcap").write_bytes(swap(content, *(found[i] for i in pair)))
+    read = mcap_file.read(tmp_path / "s.mcap")
+    for view in read.views():
+        assert view.damage or np.array_equal(view.points, session.load(view.index).points)
+    for i, T in read.truth().items():
+        np.testing.assert_allclose(T, session.truth()[i], atol=1e-12)
+
+
+def test_a_view_that_was_moved_behind_the_index_is_found(recording):
+    """The index is full of what looks like chunks of absurd sizes."""
+    content = recording.read_bytes()
+    for start, end in chunks(content)[4:6]:
+        recording.write_bytes(content[:start] + content[end:-37] + content[start:end] + content[-37:])
+        found = mcap_file.read(recording)
+        assert [view.damage for view in found.views()] == [None] * 6
+        assert set(found.truth()) == set(range(6))
+
+
+def test_a_pose_without_its_view_and_without_facts_is_no_trouble(recording):
+    content = recording.read_bytes()
+    recording.write_bytes(content[: chunks(content)[4][1]].replace(b"coffee_mug", b"coffee_jug"))
+    found = mcap_file.read(recording)
+    assert [view.damage is None for view in found.views()] == [True, True, False]
+    assert set(found.truth()) == {0, 1, 2}
+
+
+def test_a_damaged_summary_that_names_another_topic_is_not_believed(recording):
+    content = recording.read_bytes()
+    at = content.rindex(b"/camera/points")  # the channel in the summary
+    damaged = bytearray(content[:at] + b"/kamera" + content[at + 7 :])
+    start, end = chunks(content)[1]  # the chunk that declares the channel
+    damaged[(start + end) // 2] ^= 1
+    recording.write_bytes(damaged)
+    found = mcap_file.read(recording)
+    assert [view.damage is None for view in found.views()] == [False] + [True] * 5
+
+
+def test_a_record_twice_is_one(recording):
+    content = recording.read_bytes()
+    for start, end in chunks(content)[2:4]:
+        recording.write_bytes(content[:end] + content[start:end] + content[end:])
+        assert_same(mcap_file.read(recording), make_session())
+
+
+@pytest.mark.parametrize("lost", [1, 8, 100])
+def test_a_file_whose_start_is_lost_gives_all_its_views(recording, lost):
+    recording.write_bytes(recording.read_bytes()[lost:])
+    found = mcap_file.read(recording)
+    assert "damaged at its start" in found.damage
+    for view in make_session().views():
+        np.testing.assert_array_equal(found.load(view.index).points, view.points)
+
+
+def test_views_are_known_without_the_record_that_declares_them(recording):
+    damage_chunk(recording, cloud_offsets(recording)[0])  # the first of a topic declares it, and the summary does
+    content = bytearray(recording.read_bytes()[:-200])
+    content[chunks(content)[0][0] + 60] ^= 1  # so does the first pose
+    recording.write_bytes(content)
+    found, session = mcap_file.read(recording), make_session()
+    assert found.load(0).damage
+    for i in range(1, 6):
+        assert_same_view(found.load(i), session.load(i))
+    assert set(found.truth()) == set(range(1, 6))
+
+
+def test_a_chunk_that_lost_its_crc_is_not_believed(recording):
+    content = bytearray(recording.read_bytes())
+    start, end = chunks(content)[3]
+    content[start + 33 : start + 37] = bytes(4)
+    content[end - 40] ^= 1
+    recording.write_bytes(content)
+    found = mcap_file.read(recording)
+    assert [view.index for view in found.views() if view.damage] == [1]
+
+
+def test_a_recording_of_which_no_view_is_left_is_refused(recording):
+    content = recording.read_bytes()
+    recording.write_bytes(content[: chunks(content)[0][1]])
+    with pytest.raises(UnreadableRecording, match=r"no view can be read \(the file is cut or damaged at its end\)"):
+        mcap_file.read(recording)
+
+
+HEAD = struct.pack("<BQQQQII", 6, 0, 1, 1, 100, 1, 4) + b"zstd"  # of a chunk, without the length of its data
+
+
+@pytest.mark.parametrize(
+    "rubbish",
+    [
+        (HEAD + struct.pack("<Q", 1_900_000)) * 40_000,  # each tells that the rest of the file is in it
+        struct.pack("<I", 12) + b"scan_session",
+        (struct.pack("<I", 12) + b"scan_session" + struct.pack("<I", 900_000)) * 50_000,
+        struct.pack("<I", 12) + b"scan_session" + struct.pack("<I", 2_000_000) + bytes(2_000_000),
+        (b"\x0c" + struct.pack("<Q", 0)) * 200_000,
+    ],
+)
+def test_a_search_ends_soon_whatever_the_file_is_made_of(recording, rubbish):
+    content = recording.read_bytes()
+    end = chunks(content)[-1][1]
+    recording.write_bytes(content[:end] + rubbish + bytes(1_000_000) + content[end:])
+    started = time.process_time()
+    found = mcap_file.read(recording)
+    assert time.process_time() - started < 3
+    for view in make_session().views():
         assert_same_view(found.load(view.index), view)
