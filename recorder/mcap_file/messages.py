@@ -85,7 +85,9 @@ def decode_cloud(message: Message, index: int, name: str) -> View:
         }
     )
     packed = np.frombuffer(cloud.data, layout)
-    points = np.stack([packed[axis].astype(np.float32) for axis in "xyz"], axis=1)
+    with np.errstate(over="ignore"):  # what is too far for float32 is infinitely far
+        points = np.stack([packed[axis].astype(np.float32) for axis in "xyz"], axis=1)
     colored = {"red", "green", "blue"} <= set(layout.names)
     colors = np.stack([packed[c] for c in ("red", "green", "blue")], axis=1).astype(np.uint8) if colored else None
-    return View(index, name, message.log_time, points, colors)
+    stamp_ns = message.log_time if message.log_time < 2**63 else (index + 1) * 10**9  # no time after the year 2262
+    return View(index, name, stamp_ns, points, colors)

@@ -82,6 +82,46 @@ def test_another_encoding_is_refused(tmp_path, chunked):
         mcap_file.read(tmp_path / "s.mcap")
 
 
+def record_one(path, change, stamp_ns=5):
+    message = cloud_message(SESSION.load(0))
+    change(message)
+    with path.open("wb") as stream, Writer(stream) as writer:
+        writer.write_message("/camera/points", message, stamp_ns, stamp_ns)
+    return mcap_file.read(path).load(0)
+
+
+@pytest.mark.parametrize("stamp_ns", [2**63, 2**64 - 1])
+def test_a_time_that_cannot_be_is_none(tmp_path, stamp_ns):
+    assert record_one(tmp_path / "s.mcap", lambda _: None, stamp_ns).stamp_ns == 10**9
+
+
+def test_points_in_double_precision_are_read_however_far_they_are(tmp_path):
+    def change(message):
+        message.data = np.array([[1.5, 2.5, 1e300], [0.25, -1e300, np.nan]]).tobytes()
+        message.point_stride = 24
+        del message.fields[3:]
+        for i, field in enumerate(message.fields):
+            field.offset, field.type = 8 * i, field.FLOAT64
+
+    expected = [[1.5, 2.5, np.inf], [0.25, -np.inf, np.nan]]
+    np.testing.assert_array_equal(record_one(tmp_path / "s.mcap", change).points, expected)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda m: setattr(m, "point_stride", 0),
+        lambda m: setattr(m, "point_stride", 2**32 - 1),
+        lambda m: setattr(m.fields[0], "offset", 2**32 - 1),
+        lambda m: setattr(m.fields[1], "name", "x"),
+        lambda m: setattr(m, "data", m.data[:-1]),
+        lambda m: m.ClearField("fields"),
+    ],
+)
+def test_layouts_that_are_none_are_damage(tmp_path, change):
+    assert "damaged" in record_one(tmp_path / "s.mcap", change).damage
+
+
 def test_other_messages_are_damage(tmp_path):
     write_plain(tmp_path / "s.mcap", "/camera/points", "protobuf", b"\xff" * 30)
     assert "damaged" in mcap_file.read(tmp_path / "s.mcap").load(0).damage
