@@ -5,9 +5,10 @@ import signal
 import numpy as np
 import pytest
 
+from tests.fuzz.commands import run_command
 from tests.fuzz.mutations import KINDS, Bytes, find_records, mutate
 from tests.fuzz.original import VIEWS, find_whole, make_original
-from tests.fuzz.trial import process_undamaged, run_command, run_trial
+from tests.fuzz.trial import process_undamaged, run_trial
 
 NUMBERS = range(50)
 
@@ -72,7 +73,7 @@ def test_the_records_follow_each_other_to_the_end(original):
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="nothing interrupts here")
 def test_a_command_that_breaks_or_hangs_is_noticed(monkeypatch):
-    monkeypatch.setattr("tests.fuzz.trial.LIMIT_S", 0.3)
+    monkeypatch.setattr("tests.fuzz.commands.LIMIT_S", 0.3)
     monkeypatch.setattr("recorder.mcap_file.read", lambda _: 1 / 0)
     assert "ZeroDivisionError" in run_command("info", "x.mcap").broke
 
