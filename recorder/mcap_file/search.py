@@ -11,7 +11,7 @@ from mcap.records import Channel, Message, Metadata
 from recorder.mcap_file.description import LOST_AT_MOST, SESSION, VIEWS, believe
 from recorder.mcap_file.framing import Framing, lies_in, walk
 from recorder.mcap_file.index import Summary
-from recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC, look_like
+from recorder.mcap_file.messages import ENCODING, POINTS_TOPIC, POSES_TOPIC, look_like
 from recorder.mcap_file.records import (
     DAMAGE,
     MAGIC,
@@ -154,19 +154,24 @@ class _Finder:
     def _is_hopeless(self) -> bool:
         return self.failures > _FAILURES or self.waste > _WASTE + 2 * len(self.data)
 
+    def topic(self, message: _Found) -> str | None:
+        """Told by a record with a CRC, else by the message's look, else by a record without."""
+        channel, heard = self.channels.get(message.channel), self.hearsay.get(message.channel)
+        return channel.topic if channel else message.looks_like or (heard.topic if heard else None)
+
     def of(self, topic: str) -> Iterator[_Found]:
         """The messages of a topic in the order of the file, copies left out."""
         seen = set()
         for message in sorted(self.messages, key=lambda message: (message.place.offset, message.place.nth)):
-            channel, heard = self.channels.get(message.channel), self.hearsay.get(message.channel)
-            told = channel.topic if channel else message.looks_like or (heard.topic if heard else None)
-            if told == topic and (message.sequence, message.digest) not in seen:
+            if self.topic(message) == topic and (message.sequence, message.digest) not in seen:
                 seen.add((message.sequence, message.digest))
                 yield message
 
     def encodings(self) -> dict[str, str]:
-        """Topic -> encoding."""
-        return {c.topic: c.message_encoding for c in (self.hearsay | self.channels).values()}
+        """Topic -> encoding, which what looks like ours has too."""
+        told = {channel.topic: channel.message_encoding for channel in (self.hearsay | self.channels).values()}
+        undeclared = (message for message in self.messages if message.channel not in self.channels)
+        return told | {message.looks_like: ENCODING for message in undeclared if message.looks_like}
 
 
 def _number(found: _Finder, ours: bool, damaged: bool) -> tuple[dict[int, Place], dict[int, Place], bool]:

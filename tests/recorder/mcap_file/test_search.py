@@ -150,10 +150,11 @@ def test_a_pose_without_its_view_and_without_facts_is_no_trouble(recording):
     assert set(found.truth()) == {0, 1, 2}
 
 
-def test_a_damaged_summary_that_names_another_topic_is_not_believed(recording):
+@pytest.mark.parametrize("change", [(0, b"/kamera"), (14 + 4, b"protobu ")])
+def test_a_damaged_summary_that_tells_of_other_messages_is_not_believed(recording, change):
     content = recording.read_bytes()
-    at = content.rindex(b"/camera/points")  # the channel in the summary
-    damaged = bytearray(content[:at] + b"/kamera" + content[at + 7 :])
+    at, new = content.rindex(b"/camera/points") + change[0], change[1]  # the channel in the summary
+    damaged = bytearray(content[:at] + new + content[at + len(new) :])
     start, end = chunks(content)[1]  # the chunk that declares the channel
     damaged[(start + end) // 2] ^= 1
     recording.write_bytes(damaged)
