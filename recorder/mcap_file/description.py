@@ -1,7 +1,7 @@
 """A session's facts and the names of its views as metadata, and back.
 
 MCAP has no CRC for metadata: a flipped bit in the sensor's origin would turn normals unseen. So each of our records
-holds one of its own, `crc32`; a record without is believed only where no other has one, as in files of other writers.
+holds one of its own, `crc32`. Recordings of format 1 have none, and are believed as they are.
 """
 
 import zlib
@@ -13,10 +13,10 @@ from mcap.records import Metadata
 
 from recorder.session import SessionInfo
 
-FORMAT_VERSION = "1"
+FORMAT_VERSION = "2"  # 1 has no CRC in the metadata
 SESSION, VIEWS = "scan_session", "scan_views"  # names of the records
 LOST_AT_MOST = 10_000  # views; a count or a number that says more are missing is wrong itself
-_CRC = "crc32"
+_CRC, _PLAIN = "crc32", "1"  # key of the CRC; version of the format without
 
 
 def seal(name: str, entries: Mapping[str, str]) -> dict[str, str]:
@@ -29,15 +29,23 @@ def seal(name: str, entries: Mapping[str, str]) -> dict[str, str]:
 
 
 def believe(records: Iterable[Metadata]) -> dict[str, dict[str, str]]:
-    """Name -> entries of the records that are right by their CRC; without any CRC in the file, the first of a name."""
+    """Name -> entries of the metadata records that are right, the first of a name.
+
+    Ours are right by their CRC, or where all are without and say that they are of the first format, which had none.
+    Those of other programs are not ours to judge.
+    """
     records = list(records)
-    sealed = any(_CRC in record.metadata for record in records if record.name in (SESSION, VIEWS))
+    ours = [record.metadata for record in records if record.name in (SESSION, VIEWS)]
+    plain = any(entries.get("format_version") == _PLAIN for entries in ours)
+    plain = plain and not any(_CRC in entries for entries in ours)
     believed: dict[str, dict[str, str]] = {}
     for record in records:
-        entries = {key: value for key, value in record.metadata.items() if key != _CRC}
-        ours = sealed and record.name in (SESSION, VIEWS)
-        if not ours or record.metadata.get(_CRC) == f"{_crc32(record.name, entries):08x}":
-            believed.setdefault(record.name, entries)
+        entries = dict(record.metadata)
+        if record.name in (SESSION, VIEWS):
+            crc = entries.pop(_CRC, None)
+            if not plain and crc != f"{_crc32(record.name, entries):08x}":
+                continue
+        believed.setdefault(record.name, entries)
     return believed
 
 

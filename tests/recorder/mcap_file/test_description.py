@@ -17,6 +17,11 @@ from tests.recorder.mcap_file.session import assert_same, assert_same_view, make
 SAMPLE = Path(__file__).parents[3] / "recordings" / "robot.mcap"
 
 
+def unsealed(name, entries, **others):
+    """As the first version of the format had it."""
+    return {**entries, "format_version": "1", **others} if name == "scan_session" else dict(entries)
+
+
 def change(path, old, new):
     content = path.read_bytes()
     assert old in content
@@ -54,7 +59,7 @@ def test_damaged_names_are_lost_and_not_believed(recording):
 
 
 def test_a_recording_without_crc_is_believed(recording, monkeypatch):
-    monkeypatch.setattr(writing, "seal", lambda _, entries: entries)
+    monkeypatch.setattr(writing, "seal", unsealed)
     mcap_file.write(make_session(), recording)
     with recording.open("rb") as stream:
         assert all("crc32" not in record.metadata for record in make_reader(stream).iter_metadata())
@@ -92,14 +97,24 @@ def test_a_damaged_record_gives_way_to_a_copy_of_it():
 
 def test_records_of_others_are_not_ours_to_judge():
     others = Metadata("calibration", {"crc32": "as they like", "fx": "525"})
-    assert believe([others, Metadata("scan_views", {"0": "a"})])["scan_views"] == {"0": "a"}
+    ours = Metadata("scan_session", {"format_version": "1"}), Metadata("scan_views", {"0": "a"})
+    assert set(believe([others, *ours])) == {"calibration", "scan_session", "scan_views"}
+
+
+@pytest.mark.parametrize("start", [20, 48, 60, 120, 300])
+def test_facts_in_a_long_stretch_of_zeros_are_not_believed(recording, start):
+    """The CRCs are in it, too, and what is left looks like the metadata of a writer without."""
+    content = recording.read_bytes()
+    begin, end = content.index(b"scan_session"), content.index(b"scan000") + 200
+    recording.write_bytes(content[: begin + start] + bytes(end - begin - start) + content[end:])
+    found = mcap_file.read(recording)
+    assert (found.info.category, found.info.sensor, found.info.sensor_origin) == (None, "", None)
+    assert "the facts of the session and the names of the views are lost" in found.damage
 
 
 @pytest.mark.parametrize("views", ["1000000000", "1e300", "-3", "many"])
 def test_a_number_of_views_that_cannot_be_is_not_believed(tmp_path, monkeypatch, views):
-    monkeypatch.setattr(
-        writing, "seal", lambda _, entries: {**entries, "views": views} if "views" in entries else entries
-    )
+    monkeypatch.setattr(writing, "seal", lambda name, entries: unsealed(name, entries, views=views))
     mcap_file.write(make_session(), tmp_path / "s.mcap")
     found = mcap_file.read(tmp_path / "s.mcap")
     assert (found.info.views, len(found.names)) == (6, 6)
