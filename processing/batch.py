@@ -1,12 +1,12 @@
-"""Recordings in, results folders out: each whole or not at all, made again only where something changed."""
+"""A recording in, its results folder out: whole or not at all, made again only where something changed."""
 
-import shutil
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+import glob
+import os
+import traceback
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numba
 
@@ -22,9 +22,10 @@ from processing.results.files import (
     write_results,
 )
 from processing.results.records import METHODS, SessionResult
+from processing.results.whole import whole_folder
 from processing.settings import Settings
 from recorder import mcap_file
-from recorder.exceptions import InvalidOption, ScanError, UnreadableRecording, UnwritableOutput
+from recorder.exceptions import InvalidOption, ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
 from recorder.session import Session
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class Job:
     overwrite: bool = False
     threads: int = 1
     model: Path | None = PACKAGED  # None: nothing is classified
+    skip_unfinished: bool = False  # recordings that somebody is still writing
 
 
 @dataclass(frozen=True)
@@ -52,10 +54,16 @@ class Outcome:
     recording: Path
     folder: Path
     message: str  # one line: done, or skipped, or what is wrong
+    status: Literal["done", "failed", "unfinished"] = "done"  # unfinished: somebody is still writing the recording
     summaries: dict[str, dict[str, Any]] = field(default_factory=dict)  # by method; empty where there are no results
     error: ScanError | None = None
     damage: str | None = None
     ambiguous_views: int = 0  # of the best method run
+
+    @classmethod
+    def failed(cls, path: Path, job: Job, error: ScanError) -> Self:
+        """That of a recording without results."""
+        return cls(path, job.results / path.stem, str(error), "failed", error=error)
 
     @property
     def failed_views(self) -> int:
@@ -65,67 +73,88 @@ class Outcome:
 
 
 def find_recordings(inputs: Sequence[Path]) -> list[Path]:
-    """The recordings that files and folders name, in order. Raises ScanError for none, or two of one name."""
-    found: list[Path] = []
-    for path in inputs:
-        inside = sorted(path.rglob("*.mcap")) if path.is_dir() else [path]
-        if not inside:
-            raise UnreadableRecording(path, "the folder holds no recording (*.mcap)", "name one that does")
-        found += inside
+    """The recordings that files, folders and patterns name, in order; not those that lie in results.
+
+    Raises ScanError for none, or two of one name.
+    """
+    found = [path for name in inputs for path in _expand(name)]
     by_name: dict[str, Path] = {}
     for path in dict.fromkeys(found):
+        if path.stem.endswith((".part", ".part.old")):
+            raise InvalidOption(path, "has the name of a folder that is not finished", "rename it")
         if (other := by_name.setdefault(path.stem, path)) is not path:
             raise InvalidOption(path, f"has the same name as {other}", "rename one: results are kept by name")
     return list(by_name.values())
 
 
-def process_all(recordings: Sequence[Path], job: Job, workers: int = 1) -> Iterator[Outcome]:
-    """An Outcome for each recording as it is ready; with several workers in the order they finish.
-
-    One that fails does not stop the others.
-    """
-    if workers == 1 or len(recordings) == 1:
-        yield from (process_recording(path, job) for path in recordings)
-        return
-    # spawn: forked children hang in libraries that had already started threads
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        pending = [pool.submit(process_recording, path, job) for path in recordings]
-        yield from (future.result() for future in as_completed(pending))
+def find_unfinished(inputs: Sequence[Path]) -> list[Path]:
+    """The recordings in folders that `orbitscan convert` or `simulate` has not finished, or was stopped at."""
+    return [path for folder in inputs if folder.is_dir() for path in sorted(folder.rglob("*.mcap.part"))]
 
 
-def threads_per_worker(workers: int) -> int:
-    """How many threads each of so many workers gets."""
-    return max(1, numba.config.NUMBA_NUM_THREADS // workers)
+def _expand(name: Path) -> list[Path]:
+    if name.is_dir():
+        inside = [path for path in sorted(name.rglob("*.mcap")) if not (path.parent / "results.json").exists()]
+        if not inside:
+            raise UnreadableRecording(name, "the folder holds no recording (*.mcap)", "name one that does")
+        return inside
+    if name.exists() or not glob.has_magic(str(name)):
+        return [name]
+    if not (fitting := sorted(map(Path, glob.glob(str(name), recursive=True)))):
+        raise UnreadableRecording(name, "no file fits the pattern", "name recordings (*.mcap)")
+    return fitting
 
 
 def process_recording(path: Path, job: Job) -> Outcome:
-    """Process one recording into its results folder, unless a folder with the same key is there."""
+    """Process one recording into its results folder, unless a folder with the same key is there.
+
+    Nothing is raised: whatever goes wrong with a recording is its Outcome.
+    """
     numba.set_num_threads(job.threads)
-    folder = job.results / path.stem
-    part = folder.with_name(folder.name + ".part")
     try:
-        session = mcap_file.read(path)
-        model = input_sha256(job.model) if job.model else None
-        key = make_key(input_sha256(path), model, job.views, job.methods, asdict(job.settings), job.seed)
-        known = read_key(folder)
-        if known == key and not job.overwrite:
-            return _finished(path, folder, "already done")
-        if folder.exists() and known is None:
-            raise UnwritableOutput(folder, "exists and holds no results", "move it, or choose another place with -o")
-        shutil.rmtree(part, ignore_errors=True)
-        part.mkdir(parents=True)
-        _process_session(session, path, part, key, job)
-        shutil.rmtree(folder, ignore_errors=True)
-        part.replace(folder)
+        return _process(path, job)
     except ScanError as error:
-        shutil.rmtree(part, ignore_errors=True)
-        return Outcome(path, folder, str(error), error=error)
+        return Outcome.failed(path, job, error)
     except OSError as failure:
-        shutil.rmtree(part, ignore_errors=True)
-        error = UnwritableOutput(folder, f"cannot be written ({failure.strerror})", "choose another place with -o")
-        return Outcome(path, folder, str(error), error=error)
+        problem = f"cannot be written ({failure.strerror or failure})"
+        return Outcome.failed(path, job, UnwritableOutput(job.results / path.stem, problem, "make room, or change -o"))
+    except MemoryError:
+        return Outcome.failed(path, job, ProcessingFailed(path, "there is not enough memory", "use fewer --workers"))
+    except Exception as failure:  # of one recording out of hundreds: the others go on
+        kept = _keep_traceback(job.results / f"{path.stem}.traceback.txt")
+        problem = f"a fault of orbitscan stopped it ({type(failure).__name__}: {failure})".replace("\n", " ")
+        return Outcome.failed(path, job, ProcessingFailed(path, problem, f"please report it{kept}"))
+
+
+def _process(path: Path, job: Job) -> Outcome:
+    folder = job.results / path.stem
+    if job.skip_unfinished and mcap_file.still_being_written(path):
+        return Outcome(path, folder, "skipped: it is still being written; process it when it is done", "unfinished")
+    before = os.stat(path) if path.is_file() else None
+    session = mcap_file.read(path)
+    model = input_sha256(job.model) if job.model else None
+    key = make_key(input_sha256(path), model, job.views, job.methods, asdict(job.settings), job.seed)
+    known = read_key(folder)
+    if known == key and not job.overwrite:
+        return _finished(path, folder, "already done")
+    if folder.exists() and known is None:
+        raise UnwritableOutput(folder, "exists and holds no results", "move it, or choose another place with -o")
+    with whole_folder(folder) as part:
+        _process_session(session, path, part, key, job)
+        after = os.stat(path)
+        if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+            raise UnreadableRecording(path, "it changed while it was read", "process it again when nobody writes it")
     why = changed(known, key)
     return _finished(path, folder, f"done again: changed {why}" if why else "done")
+
+
+def _keep_traceback(path: Path) -> str:
+    """Where the traceback in hand was written, as an end of a sentence; nothing where it cannot be."""
+    try:
+        path.write_text(traceback.format_exc(), encoding="utf-8")
+    except OSError:
+        return ""
+    return f" with {path}"
 
 
 def _process_session(session: Session, path: Path, folder: Path, key: dict[str, Any], job: Job) -> None:
@@ -158,4 +187,5 @@ def _finished(path: Path, folder: Path, message: str) -> Outcome:
     best = next((method for method in reversed(METHODS) if method in summaries), None)
     views = results["reconstruction"][best]["views"] if best else []
     ambiguous = sum(view["status"] == "ambiguous" for view in views)
-    return Outcome(path, folder, message, summaries, damage=results["input"]["damage"], ambiguous_views=ambiguous)
+    damage = results["input"]["damage"]
+    return Outcome(path, folder, message, summaries=summaries, damage=damage, ambiguous_views=ambiguous)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -28,20 +28,10 @@ model_cli.mount(app)
 reproduce_cli.mount(app)
 review_cli.mount(app)
 
-_AMBIGUOUS = "the object looks the same from several sides; if you know the turntable's step, --step-deg settles it"
-_COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown
-    "failed\nviews": ("failed_views", 1),
-    "transl.\nmax [mm]": ("max_translation_error_m", 1e3),
-    "chordal\nmedian": ("median_rotation_error_chordal", 1),
-    "chordal\nmax": ("max_rotation_error_chordal", 1),
-    "angle\nmax [deg]": ("max_rotation_error_deg", 1),
-    "centre\nmax [mm]": ("max_center_error_m", 1e3),
-}
-
 
 @app.command()
 def process(
-    recordings: Annotated[list[Path], typer.Argument(help="Recordings (.mcap), or folders of them.")],
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings (.mcap), folders of them, or patterns.")],
     results: Annotated[Path, typer.Option("-o", "--output", help="Gets a folder for each recording.")],
     views: Annotated[str, typer.Option(help="A count, 'all', a list 0,1,5, a range 0:12, or names 'bun*'.")] = "18",
     methods: Annotated[
@@ -71,32 +61,34 @@ def process(
 
     orbitscan process bottle.mcap -o results --step-deg 20 --mesh
     """
-    from processing.batch import find_recordings, process_all
+    from processing.batch import find_recordings, find_unfinished
+    from processing.batch_report import report_batch
     from processing.compilation import ensure_compiled
+    from processing.workers import process_all
 
     found = find_recordings(recordings)
     steps = _choose_settings(settings, step_deg, mesh)
     job = replace(
         _make_job(results, views, methods, settings == "thesis", steps, seed, overwrite, min(workers, len(found))),
         model=_choose_model(model),
+        skip_unfinished=len(found) > 1,
     )
+    for path in find_unfinished(recordings):
+        typer.echo(f"{path}: skipped: it is still being written, or its writer was stopped", err=True)
     ensure_compiled(partial(typer.echo, err=True))
     outcomes = []
     for outcome in progress(process_all(found, job, workers), len(found), "Processing"):
         if outcome.error is not None and len(found) == 1:
             raise outcome.error
-        typer.echo(f"{outcome.recording}: {outcome.message}", err=outcome.error is not None)
+        said = outcome.message if outcome.error else f"{outcome.recording}: {outcome.message}"
+        typer.echo(said, err=outcome.status != "done")
         if outcome.damage:
             typer.echo(f"{outcome.recording}: {outcome.damage}", err=True)
         outcomes.append(outcome)
+    report_batch(outcomes, results)
     done = [outcome for outcome in outcomes if outcome.summaries]
-    _print_errors(done)
-    _report_confusion(done, results)
-    for outcome in done:
-        if outcome.ambiguous_views:
-            typer.echo(f"{outcome.folder.name}: {outcome.ambiguous_views} views are ambiguous: {_AMBIGUOUS}")
     if done:
-        typer.echo(f"Look at it: orbitscan view {done[0].folder if len(done) == 1 else results}")
+        typer.echo(f"Look at it: orbitscan view {done[0].folder if len(outcomes) == 1 else results}")
     raise typer.Exit(_exit_status(outcomes, strict))
 
 
@@ -136,9 +128,10 @@ def _make_job(
     overwrite: bool,
     workers: int,
 ) -> "Job":
-    from processing.batch import Job, threads_per_worker
+    from processing.batch import Job
     from processing.results.records import METHODS
     from processing.settings import THESIS_METHODS
+    from processing.workers import threads_per_worker
 
     asked = [method.strip().replace("-", "_") for method in methods.split(",") if method.strip()]
     if unknown := [method for method in asked if method not in METHODS]:
@@ -153,60 +146,6 @@ def _make_job(
         overwrite,
         threads_per_worker(workers),
     )
-
-
-def _print_errors(outcomes: list["Outcome"]) -> None:
-    """A row per session and method: views not placed with confidence, and errors where the truth is known."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(
-        title="Errors against the ground truth",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-    )
-    table.add_column("session", overflow="fold", min_width=7)
-    table.add_column("method", no_wrap=True)
-    for column in _COLUMNS:
-        table.add_column(Text(column), justify="right", no_wrap=True)  # Text: [mm] is no markup
-    for outcome in outcomes:
-        names = [outcome.folder.name] + [""] * len(outcome.summaries)
-        for name, (method, summary) in zip(names, outcome.summaries.items(), strict=False):
-            table.add_row(name, method, *(_cell(summary[key], factor) for key, factor in _COLUMNS.values()))
-    if outcomes:
-        Console().print(table)
-
-
-def _report_confusion(outcomes: list["Outcome"], results: Path) -> None:
-    """Write and print what recordings whose category is known are taken for, where there are several."""
-    from processing.results.confusion import count_confusion, tabulate, write_csv
-
-    found = count_confusion([outcome.folder for outcome in outcomes])
-    if found is None:
-        return
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    from processing.review.confusion import count_right, write_confusion
-
-    write_csv(results / "confusion.csv", found)
-    write_confusion(results / "confusion.rrd", found)
-    table = Table(title="Categories", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for column in ("category", "recordings right", "views right", "taken for"):
-        table.add_column(column, overflow="fold")
-    for row in tabulate(found):
-        table.add_row(*row)
-    Console().print(table)
-    typer.echo(f"{count_right(found)} See {results / 'confusion.rrd'}")
-
-
-def _cell(value: Any, factor: float) -> str:
-    return "-" if value is None else f"{value * factor:.3g}"
 
 
 def _exit_status(outcomes: list["Outcome"], strict: bool) -> int:

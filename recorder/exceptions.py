@@ -43,3 +43,7 @@ class UnwritableOutput(ScanError):
 
 class MissingLibrary(ScanError):
     """A library that cannot be loaded on this machine."""
+
+
+class ProcessingFailed(ScanError):
+    """A recording whose processing ended before its results; other recordings go on."""

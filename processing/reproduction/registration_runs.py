@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from processing.batch import Job, process_all
+from processing.batch import Job
 from processing.reproduction.files import write_whole
 from processing.reproduction.plan import Plan
 from processing.results.files import read_results
 from processing.settings import Settings
+from processing.workers import process_all
 from recorder import mcap_file
 from recorder.session import first_views
 from recorder.sources.virtual import simulate

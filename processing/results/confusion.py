@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from processing.results.files import read_results
-from recorder.exceptions import UnwritableOutput
+from processing.results.whole import whole_file
 
 UNKNOWN = "unknown"  # the row of what the model has no category for, the column of what it does not know
 FEWEST = 2  # recordings that make a batch
@@ -79,17 +79,11 @@ def tabulate(found: Confusion) -> list[tuple[str, str, str, str]]:
 
 def write_csv(path: Path, found: Confusion) -> None:
     """Both matrices as one table, a row per true category; whole or not at all. Raises UnwritableOutput."""
-    part = path.with_name(path.name + ".part")
-    try:
-        with part.open("w", newline="", encoding="utf-8") as stream:
-            table = csv.writer(stream, lineterminator="\n")
-            table.writerow(("counted", "true", *found.names))
-            for counted, counts in (("recordings", found.sessions), ("views", found.views)):
-                table.writerows((counted, name, *row) for name, row in zip(found.names, counts.tolist(), strict=True))
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise UnwritableOutput(path, f"cannot be written ({error.strerror})", "choose another place with -o") from None
+    with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(("counted", "true", *found.names))
+        for counted, counts in (("recordings", found.sessions), ("views", found.views)):
+            table.writerows((counted, name, *row) for name, row in zip(found.names, counts.tolist(), strict=True))
 
 
 def _answer(found: Mapping[str, Any]) -> str:

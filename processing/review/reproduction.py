@@ -9,10 +9,10 @@ import rerun as rr
 from processing.review import entities
 from processing.review.claims_grid import draw_claims
 from processing.review.columns import lay_out_columns
+from processing.review.recording import whole_recording
 from processing.review.reproduction_layout import HEADINGS, SHARED_TIMELINE, lay_out
 from processing.review.study import StudyReview, collect_verdicts, entity_path
 from processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
-from recorder.exceptions import UnwritableOutput
 
 _MODEL_POINTS = 20_000
 _TABLE_ROWS = 30
@@ -24,27 +24,12 @@ def write_reproduction(path: Path, groups: Mapping[str, Sequence[StudyReview]], 
 
     Raises UnwritableOutput.
     """
-    part = path.with_name(path.name + ".part")
     studies = [study for group in groups.values() for study in group]
-    try:
-        with rr.RecordingStream(
-            entities.APPLICATION_ID,
-            recording_id=f"{entities.APPLICATION_ID}-reproduction",
-            send_properties=False,  # they hold the time of writing
-            batcher_config=rr.ChunkBatcherConfig.NEVER(),
-        ) as stream:
-            stream.set_log_time_enabled(False)
-            stream.save(part, default_blueprint=lay_out(groups))
-            stream.send_recording_name("reproduction")
-            for name, content in _summarize(studies, run):
-                stream.log(name, content, static=True)
-            for study in studies:
-                _log_study(stream, study)
-        part.replace(path)
-    except (OSError, RuntimeError) as error:
-        part.unlink(missing_ok=True)
-        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
-        raise UnwritableOutput(path, f"cannot be written ({reason})", "choose another place with -o") from None
+    with whole_recording(path, "reproduction", lay_out(groups)) as stream:
+        for name, content in _summarize(studies, run):
+            stream.log(name, content, static=True)
+        for study in studies:
+            _log_study(stream, study)
 
 
 def tabulate_rows(report: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ QUIET_S = 10.0  # an unfinished file that has not changed for so long has no wri
 
 
 def still_being_written(path: Path, quiet_s: float = QUIET_S) -> bool:
-    """Whether a file has no end, and either a process holds it open for writing or it changed within `quiet_s` seconds.
+    """Whether a file begins as an .mcap, has no end, and is held open for writing or changed within `quiet_s` seconds.
 
     A finished file costs one look at its last bytes; nothing waits. What cannot be told: Linux alone shows who has a
     file open, and only the processes that this user may look at, on this machine. Elsewhere a writer that is silent for
@@ -22,7 +22,7 @@ def still_being_written(path: Path, quiet_s: float = QUIET_S) -> bool:
     """
     try:
         with Path(path).open("rb") as stream:
-            if _is_complete(stream.fileno()):
+            if not MAGIC.startswith(stream.read(len(MAGIC))) or _is_complete(stream.fileno()):
                 return False
             status = os.fstat(stream.fileno())
     except OSError:  # gone, or not ours to read: not a question of time

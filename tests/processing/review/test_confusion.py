@@ -1,22 +1,20 @@
-"""A batch's confusion: counted from results.json, with a row and a column for what is unknown; CSV and recording."""
+"""A batch's confusion: counted from results.json, with a row and a column for what is unknown; CSV and drawing."""
 
 import csv
 import json
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import rerun as rr
+import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
-from processing import cli
-from processing.batch import Outcome
 from processing.results.confusion import Confusion, count_confusion, tabulate, write_csv
-from processing.review.confusion import count_right, describe_confusion, write_confusion
+from processing.review.confusion import count_right, describe_confusion, log_confusion, view_confusion
+from processing.review.recording import whole_recording
 from recorder.exceptions import UnwritableOutput
-from tests import viewer
 
 CATEGORIES = ["bowl", "cap", "coffee_mug"]
 
@@ -94,7 +92,7 @@ def test_csv_reads_back_equal(confusion, tmp_path):
 
 def test_words_name_the_recordings_that_are_wrong(confusion):
     assert count_right(confusion) == "Right: 2 of 5 recordings (40.0%), 5 of 11 views alone (45.5%)."
-    words = describe_confusion(confusion)
+    words = "\n".join(describe_confusion(confusion))
     assert "| bowl_1 | bowl | cap | cap 70% |" in words
     assert "| bowl_2 | bowl | unknown | bowl 70% |" in words
     assert "| orange_1 | orange | bowl | bowl 70% |" in words
@@ -111,7 +109,8 @@ def test_the_printed_table_has_a_row_for_each_category_that_occurs(confusion):
 
 def test_recording_has_the_numbers_and_names(confusion, tmp_path):
     path = tmp_path / "confusion.rrd"
-    write_confusion(path, confusion)
+    with whole_recording(path, "test", rrb.Blueprint(view_confusion(len(confusion.names)))) as stream:
+        log_confusion(stream, confusion)
     labels = {}
     for chunk in RrdReader(path).stream().filter(content="/confusion/**"):
         batch = chunk.to_record_batch()
@@ -121,44 +120,12 @@ def test_recording_has_the_numbers_and_names(confusion, tmp_path):
     assert labels["/confusion/views/numbers"] == ["1", "2", "1", "1", "1", "1", "1", "3"]
     names = ["bowl", "cap", "coffee mug", "unknown", "bowl", "cap", "coffee\nmug", "unknown"]
     assert labels["/confusion/sessions/names"] == labels["/confusion/views/names"] == names
-    assert subprocess.run([viewer.RERUN, "rrd", "verify", path], capture_output=True).returncode == 0
-    assert len(RrdReader(path).blueprints()) == 1
 
 
-def test_the_same_confusion_gives_the_same_recording(confusion, tmp_path):
-    for name in ("a.rrd", "b.rrd"):
-        write_confusion(tmp_path / name, confusion)
-    compared = subprocess.run([viewer.RERUN, "rrd", "compare", tmp_path / "a.rrd", tmp_path / "b.rrd"])
-    assert compared.returncode == 0
-
-
-@pytest.mark.parametrize("write", [write_csv, write_confusion])
-def test_a_place_that_cannot_be_written_is_left_as_it_is(write, confusion, tmp_path):
+def test_a_place_that_cannot_be_written_is_left_as_it_is(confusion, tmp_path):
     with pytest.raises(UnwritableOutput, match="cannot be written"):
-        write(tmp_path / "nowhere" / "confusion", confusion)
+        write_csv(tmp_path / "nowhere" / "confusion", confusion)
     (tmp_path / "taken").mkdir()
     with pytest.raises(UnwritableOutput, match="cannot be written"):
-        write(tmp_path / "taken", confusion)
+        write_csv(tmp_path / "taken", confusion)
     assert not [path.name for path in tmp_path.iterdir() if path.name.endswith(".part")]
-
-
-def test_the_command_writes_and_prints_it_for_several_recordings_only(confusion, tmp_path, capsys):
-    outcomes = [Outcome(Path("x.mcap"), folder, "done") for folder in sorted((tmp_path / "r").iterdir())]
-    cli._report_confusion(outcomes[:1], tmp_path)
-    assert capsys.readouterr().out == ""
-    assert [path.name for path in tmp_path.iterdir()] == ["r"]
-    cli._report_confusion(outcomes, tmp_path)
-    printed = capsys.readouterr().out
-    assert "coffee_mug" in printed
-    assert "Right: 2 of 5 recordings (40.0%)" in printed
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["confusion.csv", "confusion.rrd", "r"]
-
-
-def test_viewer_draws_everything(confusion, tmp_path):
-    write_confusion(tmp_path / "confusion.rrd", confusion)
-    try:
-        with viewer.open_viewer(tmp_path / "confusion.rrd", size="960x540") as client:
-            assert len(client.get_state().views) == 3
-            assert viewer.find_reports(client) == []
-    except viewer.NoViewer as reason:
-        pytest.skip(str(reason))

@@ -1,0 +1,96 @@
+"""What a batch prints and leaves beside its results: tables of errors and categories, and the summary files."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from processing.batch import Outcome
+from processing.results.confusion import count_confusion, write_csv
+from processing.results.confusion import tabulate as tabulate_confusion
+from processing.results.records import METHODS
+from processing.results.summary import Row, read_row, worst_first, write_table
+
+SHOWN_RECORDINGS = 12  # of a batch; the rest is in summary.csv
+_COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown
+    "failed\nviews": ("failed_views", 1),
+    "transl.\nmax [mm]": ("max_translation_error_m", 1e3),
+    "chordal\nmedian": ("median_rotation_error_chordal", 1),
+    "chordal\nmax": ("max_rotation_error_chordal", 1),
+    "angle\nmax [deg]": ("max_rotation_error_deg", 1),
+    "centre\nmax [mm]": ("max_center_error_m", 1e3),
+}
+_AMBIGUOUS = "the object looks the same from several sides; if you know the turntable's step, --step-deg settles it"
+
+
+def report_batch(outcomes: Sequence[Outcome], results: Path) -> None:
+    """Print the errors; of several recordings write and print the summary and what their categories are taken for.
+
+    Raises UnwritableOutput.
+    """
+    rows = worst_first([_row(outcome) for outcome in outcomes])
+    _print_errors([row for row in rows if row.results])
+    for outcome in outcomes:
+        if outcome.ambiguous_views:
+            typer.echo(f"{outcome.folder.name}: {outcome.ambiguous_views} views are ambiguous: {_AMBIGUOUS}")
+    if len(outcomes) > 1:
+        _write_summary(rows, results)
+
+
+def _row(outcome: Outcome) -> Row:
+    if outcome.status == "done":
+        return read_row(outcome.folder)
+    return Row(outcome.folder.name, outcome.status, outcome.message)
+
+
+def _write_summary(rows: Sequence[Row], results: Path) -> None:
+    from processing.review.batch import conclude, write_batch
+    from processing.review.confusion import count_right
+
+    confusion = count_confusion([row.folder for row in rows if row.folder])
+    write_table(results, rows)
+    write_batch(results / "summary.rrd", results.resolve().name, rows, confusion)
+    if confusion is None:
+        (results / "confusion.csv").unlink(missing_ok=True)  # of an earlier batch
+    else:
+        write_csv(results / "confusion.csv", confusion)
+        table = _table("Categories")
+        for column in ("category", "recordings right", "views right", "taken for"):
+            table.add_column(column, overflow="fold")
+        for row in tabulate_confusion(confusion):
+            table.add_row(*row)
+        Console().print(table)
+        typer.echo(count_right(confusion))
+    typer.echo(f"{conclude(rows)} See {results / 'summary.rrd'}, summary.csv, summary.parquet")
+
+
+def _print_errors(rows: Sequence[Row]) -> None:
+    """A row per recording and method, worst first: views not placed, and errors where the truth is known."""
+    if not rows:
+        return
+    table = _table("Errors against the ground truth")
+    table.add_column("session", overflow="fold", min_width=7)
+    table.add_column("method", no_wrap=True)
+    for column in _COLUMNS:
+        table.add_column(Text(column), justify="right", no_wrap=True)  # Text: [mm] is no markup
+    for row in rows[:SHOWN_RECORDINGS]:
+        found = row.results["reconstruction"]
+        methods = [method for method in METHODS if method in found]
+        for name, method in zip([row.session] + [""] * len(methods), methods, strict=False):
+            summary = found[method]["summary"]
+            table.add_row(name, method, *(_cell(summary[key], factor) for key, factor in _COLUMNS.values()))
+    Console().print(table)
+    if len(rows) > SHOWN_RECORDINGS:
+        typer.echo(f"and {len(rows) - SHOWN_RECORDINGS} less bad ones: summary.csv has them all")
+
+
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+
+
+def _cell(value: float | None, factor: float) -> str:
+    return "-" if value is None else f"{value * factor:.3g}"

@@ -1,0 +1,72 @@
+"""Files and folders that appear whole or not at all, whatever kills the process that makes them."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from recorder.exceptions import UnwritableOutput
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """`<path>.part` to be written, which takes the place of `path` when the block ends. Raises UnwritableOutput."""
+    part = path.with_name(path.name + ".part")
+    try:
+        yield part
+        part.replace(path)
+    except (OSError, RuntimeError) as error:  # Rerun's are RuntimeErrors
+        part.unlink(missing_ok=True)
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        raise UnwritableOutput(path, f"cannot be written ({reason})", "choose another place with -o") from None
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def whole_folder(folder: Path) -> Iterator[Path]:
+    """An empty folder `<folder>.part` to be filled, which takes the place of `folder` when the block ends.
+
+    Everything in it is on the disk before it is renamed; where the block raises it is removed, and `folder` is what it
+    was. What a killed process left of both is removed first. Raises OSError.
+    """
+    part, replaced = folder.with_name(folder.name + ".part"), folder.with_name(folder.name + ".part.old")
+    _remove(part)
+    _remove(replaced)
+    part.mkdir(parents=True)
+    try:
+        yield part
+        _flush(part)
+        if folder.exists():
+            folder.replace(replaced)  # two renames: removing a folder takes time, and leaves half of it when killed
+        part.replace(folder)
+        _flush_entries(folder.parent)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        raise
+    shutil.rmtree(replaced, ignore_errors=True)
+
+
+def _remove(folder: Path) -> None:
+    if folder.exists():
+        shutil.rmtree(folder)
+
+
+def _flush(folder: Path) -> None:
+    for path in folder.rglob("*"):
+        if path.is_file():
+            with path.open("r+b") as stream:
+                os.fsync(stream.fileno())
+    _flush_entries(folder)
+
+
+def _flush_entries(folder: Path) -> None:
+    """A folder's own entries; Windows has no such call, and needs none."""
+    if os.name == "posix":
+        entries = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(entries)
+        finally:
+            os.close(entries)

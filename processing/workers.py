@@ -1,0 +1,113 @@
+"""Many recordings at a time, in processes: a broken one takes no other along, and none outlives its parent."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import filelock
+import numba
+
+from processing.batch import Job, Outcome, process_recording
+from recorder.exceptions import InvalidOption, ProcessingFailed, UnwritableOutput
+
+
+def process_all(recordings: Sequence[Path], job: Job, workers: int = 1) -> Iterator[Outcome]:
+    """An Outcome for each recording as it is ready; with several workers in the order they finish.
+
+    One that fails does not stop the others, nor does one whose worker dies (out of memory, a crash in a library).
+    Raises UnwritableOutput, and InvalidOption where another process is writing into the same results.
+    """
+    with _only_writer(job.results):
+        if workers == 1 or len(recordings) == 1:
+            yield from (process_recording(path, job) for path in recordings)
+            return
+        dead: list[Path] = []
+        yield from _process_in_pool(recordings, job, workers, dead)
+        for path in dead:  # each alone: the one that kills its worker takes no other along
+            killed: list[Path] = []
+            yield from _process_in_pool([path], job, 1, killed)
+            if killed:
+                error = ProcessingFailed(path, "its process died (out of memory?)", "use fewer --workers or --views")
+                yield Outcome.failed(path, job, error)
+
+
+def threads_per_worker(workers: int) -> int:
+    """How many threads each of so many workers gets."""
+    return max(1, numba.config.NUMBA_NUM_THREADS // workers)
+
+
+def _process_in_pool(recordings: Sequence[Path], job: Job, workers: int, dead: list[Path]) -> Iterator[Outcome]:
+    """Outcomes as they come; `dead` gets the recordings that were lost with a worker, and maybe its neighbours.
+
+    A pool whose worker dies is lost as a whole, with what it had begun: what it had not is done by the next one.
+    """
+    waiting = list(recordings)
+    while waiting:
+        # spawn: forked children hang in libraries that had already started threads
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker) as pool:
+            pending = {pool.submit(process_recording, path, job): path for path in waiting}
+            waiting, begun = [], []
+            try:
+                for future in as_completed(pending):
+                    path = pending[future]
+                    try:
+                        yield future.result()
+                    except BrokenProcessPool:
+                        begun.append(path)
+            except BaseException:  # the caller leaves, or is interrupted: nobody wants what is still under way
+                _end(pool, list(pending))
+                raise
+        # The pool hands out a few recordings ahead: those, in the order they were submitted, may have killed it.
+        begun.sort(key=recordings.index)
+        dead += begun[: 2 * workers + 1]
+        waiting = begun[2 * workers + 1 :]
+
+
+def _end(pool: ProcessPoolExecutor, pending: Sequence[Future]) -> None:
+    for future in pending:
+        future.cancel()
+    for process in multiprocessing.active_children():
+        process.terminate()
+    pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _begin_worker() -> None:
+    """An interrupt is the parent's to handle; and a worker whose parent was killed ends, whatever it is doing."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    multiprocessing.parent_process().join()
+    os._exit(1)
+
+
+@contextmanager
+def _only_writer(results: Path) -> Iterator[None]:
+    """Two processes in one results folder would take each other's half-made results for what a killed one left."""
+    path = results / ".orbitscan.lock"
+    lock = filelock.FileLock(path, is_singleton=False)
+    try:
+        results.mkdir(parents=True, exist_ok=True)
+        lock.acquire(timeout=0)
+    except filelock.Timeout:
+        raise InvalidOption(
+            f"-o {results}", "another orbitscan is writing there", "wait for it, or choose another place"
+        ) from None
+    except OSError as error:
+        raise UnwritableOutput(
+            results, f"cannot be written ({error.strerror})", "choose another place with -o"
+        ) from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # Windows removes nothing that is open
+            path.unlink()
+        lock.release()
