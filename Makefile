@@ -5,7 +5,7 @@ ifeq ($(OS),Windows_NT)
 BIN := .venv/Scripts
 endif
 
-.PHONY: demo test lint bench bench-quick bench-memory fuzz model picture clean
+.PHONY: demo test lint bench bench-quick bench-memory faults fuzz model picture clean
 
 demo: .venv/installed
 	@$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
@@ -30,6 +30,10 @@ bench-memory: .venv/installed-dev
 # FIRST=7 COUNT=1 makes the damage of number 7 alone.
 fuzz: .venv/installed-dev
 	$(BIN)/python -m tests.fuzz --first $(or $(FIRST),0) --count $(or $(COUNT),500)
+
+# A batch that is killed at random moments, and disks that are full; the number is the seed of the moments.
+faults: .venv/installed-dev
+	$(BIN)/python -m tests.faults $(SEED)
 
 # Trains the packaged model, on virtual scans alone; in model-data/ lies what it is made of.
 model: .venv/installed

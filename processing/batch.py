@@ -22,7 +22,7 @@ from processing.results.files import (
     write_results,
 )
 from processing.results.records import METHODS, SessionResult
-from processing.results.whole import whole_folder
+from processing.results.whole import remove_leftovers, whole_folder
 from processing.settings import Settings
 from recorder import mcap_file
 from recorder.exceptions import InvalidOption, ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
@@ -136,6 +136,7 @@ def _process(path: Path, job: Job) -> Outcome:
     key = make_key(input_sha256(path), model, job.views, job.methods, asdict(job.settings), job.seed)
     known = read_key(folder)
     if known == key and not job.overwrite:
+        remove_leftovers(folder)
         return _finished(path, folder, "already done")
     if folder.exists() and known is None:
         raise UnwritableOutput(folder, "exists and holds no results", "move it, or choose another place with -o")

@@ -30,11 +30,10 @@ def whole_folder(folder: Path) -> Iterator[Path]:
     """An empty folder `<folder>.part` to be filled, which takes the place of `folder` when the block ends.
 
     Everything in it is on the disk before it is renamed; where the block raises it is removed, and `folder` is what it
-    was. What a killed process left of both is removed first. Raises OSError.
+    was. Raises OSError.
     """
-    part, replaced = folder.with_name(folder.name + ".part"), folder.with_name(folder.name + ".part.old")
-    _remove(part)
-    _remove(replaced)
+    remove_leftovers(folder)
+    part, replaced = _aside(folder)
     part.mkdir(parents=True)
     try:
         yield part
@@ -49,9 +48,16 @@ def whole_folder(folder: Path) -> Iterator[Path]:
     shutil.rmtree(replaced, ignore_errors=True)
 
 
-def _remove(folder: Path) -> None:
-    if folder.exists():
-        shutil.rmtree(folder)
+def remove_leftovers(folder: Path) -> None:
+    """Removes what a killed process left beside a folder; `folder` itself is whole, or is not there."""
+    for left in _aside(folder):
+        if left.exists():
+            shutil.rmtree(left)
+
+
+def _aside(folder: Path) -> tuple[Path, Path]:
+    """Where a folder is made, and where the one that it replaces stands until it is removed."""
+    return folder.with_name(folder.name + ".part"), folder.with_name(folder.name + ".part.old")
 
 
 def _flush(folder: Path) -> None:
