@@ -8,6 +8,7 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
+from processing.compilation import ensure_compiled
 from recorder.progress import progress
 from tests.fuzz.mutations import KINDS
 from tests.fuzz.trial import Trial, run_trials
@@ -21,6 +22,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=500)
     parser.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1))
     options = parser.parse_args()
+    ensure_compiled(print)
     started = time.perf_counter()
     end = options.first + options.count
     parts = [range(first, min(first + AT_ONCE, end)) for first in range(options.first, end, AT_ONCE)]
