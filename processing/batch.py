@@ -1,9 +1,7 @@
 """A recording in, its results folder out: whole or not at all, made again only where something changed."""
 
-import glob
 import os
 import traceback
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -22,10 +20,12 @@ from processing.results.files import (
     write_results,
 )
 from processing.results.records import METHODS, SessionResult
+from processing.results.registered import FILE_NAME, place, write_registered
 from processing.results.whole import remove_leftovers, whole_folder
+from processing.review.foxglove_layout import LAYOUT_NAME, write_foxglove_layout
 from processing.settings import Settings
 from recorder import mcap_file
-from recorder.exceptions import InvalidOption, ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
+from recorder.exceptions import ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
 from recorder.session import Session
 
 if TYPE_CHECKING:
@@ -45,6 +45,8 @@ class Job:
     threads: int = 1
     model: Path | None = PACKAGED  # None: nothing is classified
     skip_unfinished: bool = False  # recordings that somebody is still writing
+    figures: bool = False  # the error curves as PNG and SVG too
+    viewer: str | None = None  # where a Rerun viewer listens, which shows the reviews as they grow
 
 
 @dataclass(frozen=True)
@@ -72,39 +74,6 @@ class Outcome:
         return self.summaries[best]["failed_views"] if best else 0
 
 
-def find_recordings(inputs: Sequence[Path]) -> list[Path]:
-    """The recordings that files, folders and patterns name, in order; not those that lie in results.
-
-    Raises ScanError for none, or two of one name.
-    """
-    found = [path for name in inputs for path in _expand(name)]
-    by_name: dict[str, Path] = {}
-    for path in dict.fromkeys(found):
-        if path.stem.endswith((".part", ".part.old")):
-            raise InvalidOption(path, "has the name of a folder that is not finished", "rename it")
-        if (other := by_name.setdefault(path.stem, path)) is not path:
-            raise InvalidOption(path, f"has the same name as {other}", "rename one: results are kept by name")
-    return list(by_name.values())
-
-
-def find_unfinished(inputs: Sequence[Path]) -> list[Path]:
-    """The recordings in folders that `orbitscan convert` or `simulate` has not finished, or was stopped at."""
-    return [path for folder in inputs if folder.is_dir() for path in sorted(folder.rglob("*.mcap.part"))]
-
-
-def _expand(name: Path) -> list[Path]:
-    if name.is_dir():
-        inside = [path for path in sorted(name.rglob("*.mcap")) if not (path.parent / "results.json").exists()]
-        if not inside:
-            raise UnreadableRecording(name, "the folder holds no recording (*.mcap)", "name one that does")
-        return inside
-    if name.exists() or not glob.has_magic(str(name)):
-        return [name]
-    if not (fitting := sorted(map(Path, glob.glob(str(name), recursive=True)))):
-        raise UnreadableRecording(name, "no file fits the pattern", "name recordings (*.mcap)")
-    return fitting
-
-
 def process_recording(path: Path, job: Job) -> Outcome:
     """Process one recording into its results folder, unless a folder with the same key is there.
 
@@ -121,7 +90,7 @@ def process_recording(path: Path, job: Job) -> Outcome:
     except MemoryError:
         return Outcome.failed(path, job, ProcessingFailed(path, "there is not enough memory", "use fewer --workers"))
     except Exception as failure:  # of one recording out of hundreds: the others go on
-        kept = _keep_traceback(job.results / f"{path.stem}.traceback.txt")
+        kept = _keep_traceback(_traceback_file(path, job))
         problem = f"a fault of orbitscan stopped it ({type(failure).__name__}: {failure})".replace("\n", " ")
         return Outcome.failed(path, job, ProcessingFailed(path, problem, f"please report it{kept}"))
 
@@ -137,6 +106,8 @@ def _process(path: Path, job: Job) -> Outcome:
     known = read_key(folder)
     if known == key and not job.overwrite:
         remove_leftovers(folder)
+        if job.figures:
+            _draw_figures(folder)
         return _finished(path, folder, "already done")
     if folder.exists() and known is None:
         raise UnwritableOutput(folder, "exists and holds no results", "move it, or choose another place with -o")
@@ -145,8 +116,13 @@ def _process(path: Path, job: Job) -> Outcome:
         after = os.stat(path)
         if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
             raise UnreadableRecording(path, "it changed while it was read", "process it again when nobody writes it")
+    _traceback_file(path, job).unlink(missing_ok=True)
     why = changed(known, key)
-    return _finished(path, folder, f"done again: changed {why}" if why else "done")
+    return _finished(path, folder, "done" if known is None else f"done again: changed {why}" if why else "done again")
+
+
+def _traceback_file(path: Path, job: Job) -> Path:
+    return job.results / f"{path.stem}.traceback.txt"
 
 
 def _keep_traceback(path: Path) -> str:
@@ -164,13 +140,32 @@ def _process_session(session: Session, path: Path, folder: Path, key: dict[str, 
     truth = session.truth()
     classifier = _load_classifier(job.model) if job.model else None
     estimates = process(session.views(job.views), session.info, job.settings, job.methods, job.seed, classifier)
-    with SessionReview(folder / "review.rrd", session.info, job.methods, truth) as review:
+    review = SessionReview(
+        folder / "review.rrd", session.info, job.methods, truth, identity=key["input_sha256"][:8], viewer=job.viewer
+    )
+    with review:
         for result in with_errors(estimates, truth):
             if isinstance(result, SessionResult):
                 review.add_session(result)
                 write_results(folder, result, key, path, session.damage, truth)
+                _write_registered(folder, session, result)
             else:
                 review.add_view(result)
+    if job.figures:
+        _draw_figures(folder)
+
+
+def _write_registered(folder: Path, session: Session, result: SessionResult) -> None:
+    placement = place(result)
+    if placement is not None:
+        write_registered(folder / FILE_NAME, session, placement)
+        write_foxglove_layout(folder / LAYOUT_NAME, placement, session.info)
+
+
+def _draw_figures(folder: Path) -> None:
+    from processing.review.figures import write_figures  # slow to import
+
+    write_figures(folder)
 
 
 def _load_classifier(model: Path) -> "Classifier":

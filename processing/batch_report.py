@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import typer
 from rich import box
@@ -27,7 +28,7 @@ _COLUMNS = {  # of the printed table -> key of the summary, factor to the unit s
 _AMBIGUOUS = "the object looks the same from several sides; if you know the turntable's step, --step-deg settles it"
 
 
-def report_batch(outcomes: Sequence[Outcome], results: Path) -> None:
+def report_batch(outcomes: Sequence[Outcome], results: Path, figures: bool = False) -> None:
     """Print the errors; of several recordings write and print the summary and what their categories are taken for.
 
     Raises UnwritableOutput.
@@ -39,6 +40,14 @@ def report_batch(outcomes: Sequence[Outcome], results: Path) -> None:
             typer.echo(f"{outcome.folder.name}: {outcome.ambiguous_views} views are ambiguous: {_AMBIGUOUS}")
     if len(outcomes) > 1:
         _write_summary(rows, results)
+    if len(outcomes) > 1 and figures:
+        from processing.review.batch_figure import write_batch_figure
+
+        write_batch_figure(results, {row.session: _summaries(row) for row in rows if row.results})
+
+
+def _summaries(row: Row) -> dict[str, dict[str, Any]]:
+    return {method: found["summary"] for method, found in row.results["reconstruction"].items()}
 
 
 def _row(outcome: Outcome) -> Row:

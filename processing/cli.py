@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from processing.batch import Job, Outcome
     from processing.settings import Settings
 
+VIEWER = "rerun+http://127.0.0.1:9876/proxy"  # where `rerun` listens
+
 app = typer.Typer(
     name="orbitscan",
     help="Scans of objects: recorded as MCAP, registered into the whole object, reviewed in Rerun.",
@@ -48,6 +50,11 @@ def process(
         ),
     ] = None,
     mesh: Annotated[bool, typer.Option("--mesh", help="Write model_mesh.ply too, by Poisson reconstruction.")] = False,
+    figures: Annotated[
+        bool, typer.Option("--figures", help="Draw the error curves as PNG and SVG too, in the folder figures/.")
+    ] = False,
+    live: Annotated[bool, typer.Option("--live", help="Show the reviews in an open viewer as they grow.")] = False,
+    viewer: Annotated[str, typer.Option(metavar="URL", help="Where that viewer listens.")] = VIEWER,
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Recordings processed at the same time.")] = 1,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 where a view failed.")] = False,
@@ -59,11 +66,13 @@ def process(
 
     orbitscan process recordings/ -o results --workers 4 --methods icp,pairwise
 
+    orbitscan process recordings/ -o results --live
+
     orbitscan process bottle.mcap -o results --step-deg 20 --mesh
     """
-    from processing.batch import find_recordings, find_unfinished
     from processing.batch_report import report_batch
     from processing.compilation import ensure_compiled
+    from processing.inputs import find_recordings, find_unfinished
     from processing.workers import process_all
 
     found = find_recordings(recordings)
@@ -72,6 +81,8 @@ def process(
         _make_job(results, views, methods, settings == "thesis", steps, seed, overwrite, min(workers, len(found))),
         model=_choose_model(model),
         skip_unfinished=len(found) > 1,
+        figures=figures,
+        viewer=_choose_viewer(viewer) if live else None,
     )
     for path in find_unfinished(recordings):
         typer.echo(f"{path}: skipped: it is still being written, or its writer was stopped", err=True)
@@ -85,7 +96,7 @@ def process(
         if outcome.damage:
             typer.echo(f"{outcome.recording}: {outcome.damage}", err=True)
         outcomes.append(outcome)
-    report_batch(outcomes, results)
+    report_batch(outcomes, results, figures)
     done = [outcome for outcome in outcomes if outcome.summaries]
     if done:
         typer.echo(f"Look at it: orbitscan view {done[0].folder if len(outcomes) == 1 else results}")
@@ -104,6 +115,20 @@ def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings
     return (
         replace(chosen, model=replace(chosen.model, mesh=replace(chosen.model.mesh, wanted=True))) if mesh else chosen
     )
+
+
+def _choose_viewer(address: str) -> str:
+    """The address of a viewer, of which one may be opened later; says so where nobody listens."""
+    from processing.review.growing import is_address, is_open
+
+    if not is_address(address):
+        raise InvalidOption(f"--viewer {address}", "no address of a viewer", f"write it like {VIEWER}")
+    if not is_open(address):
+        typer.echo(
+            f"--live: no viewer is open at {address}; open one with 'rerun', and the next recordings show there",
+            err=True,
+        )
+    return address
 
 
 def _choose_model(name: str) -> Path | None:

@@ -109,11 +109,11 @@ def train(
       orbitscan train corpus/ -o model.pt --unknown others/
       orbitscan train lidar/ -o lidar.pt --validate 20% --test 20%
     """
-    from processing.batch import find_recordings
     from processing.classification import checkpoint
     from processing.classification.evaluation import EpochRecord
     from processing.classification.labelled_views import gather, join, split_views
     from processing.classification.training import train as run
+    from processing.inputs import find_recordings
     from processing.review.training import TrainingReview
 
     _check_output(output)

@@ -16,6 +16,8 @@ import numba
 from processing.batch import Job, Outcome, process_recording
 from recorder.exceptions import InvalidOption, ProcessingFailed, UnwritableOutput
 
+LIFETIME = 24  # recordings of a worker: rerun keeps some megabytes of each, which only the process's end frees
+
 
 def process_all(recordings: Sequence[Path], job: Job, workers: int = 1) -> Iterator[Outcome]:
     """An Outcome for each recording as it is ready; with several workers in the order they finish.
@@ -24,11 +26,12 @@ def process_all(recordings: Sequence[Path], job: Job, workers: int = 1) -> Itera
     Raises UnwritableOutput, and InvalidOption where another process is writing into the same results.
     """
     with _only_writer(job.results):
-        if workers == 1 or len(recordings) == 1:
-            yield from (process_recording(path, job) for path in recordings)
+        if len(recordings) == 1:
+            yield process_recording(recordings[0], job)
             return
         dead: list[Path] = []
-        yield from _process_in_pool(recordings, job, workers, dead)
+        for start in range(0, len(recordings), LIFETIME * workers):
+            yield from _process_in_pool(recordings[start : start + LIFETIME * workers], job, workers, dead)
         for path in dead:  # each alone: the one that kills its worker takes no other along
             killed: list[Path] = []
             yield from _process_in_pool([path], job, 1, killed)

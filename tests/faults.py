@@ -146,7 +146,7 @@ def main(seed: str = "0") -> None:
     print("Killed ten times, the same to the byte.")
     with TemporaryDirectory() as work:
         try:
-            fill_disk(Path(work), (64, 300, 700, 1200, 2000))
+            fill_disk(Path(work), (64, 1100, 1500, 2000, 2600, 3300, 4000))
         except OSError as reason:
             print(f"Full disks were not tried: {reason}.")
 

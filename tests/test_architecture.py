@@ -27,6 +27,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "pipeline",
     "compilation",
     "review",
+    "inputs",
     "batch",
     "workers",
     "batch_report",

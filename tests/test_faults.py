@@ -11,6 +11,6 @@ def test_a_killed_batch_goes_on_to_the_same_bytes(tmp_path):
 
 def test_a_full_disk_leaves_nothing_half_written(tmp_path):
     try:
-        fill_disk(tmp_path, (700,))
+        fill_disk(tmp_path, (2200,))
     except OSError as reason:
         pytest.skip(str(reason))

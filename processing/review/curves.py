@@ -17,9 +17,12 @@ Style = tuple[entities.Color, str, float]  # colour, name, width
 
 
 def error_values(method: str, errors: ViewErrors) -> Iterator[Value]:
-    """The errors of a view, and their logarithms (Rerun's axes are linear)."""
+    """The errors of a view, in metres and millimetres, and their logarithms (Rerun's axes are linear)."""
     for quantity in entities.ERRORS:
         yield f"/errors/{quantity}/{method}", getattr(errors, entities.error_field(quantity))
+    for quantity, (_, error) in entities.MM_ERRORS.items():
+        value = getattr(errors, entities.error_field(error))
+        yield f"/errors/{quantity}/{method}", None if value is None else 1e3 * value
     for quantity, (_, error, factor) in entities.LOG_ERRORS.items():
         value = getattr(errors, entities.error_field(error))
         seen = value is not None and value > ROUNDING

@@ -28,11 +28,12 @@ GOOD_COLOR: Color = (0, 160, 112)
 BAD_COLOR: Color = (240, 90, 40)  # failed views, wrong matches, contradicted edges, outliers
 FREE_COLOR: Color = (240, 228, 66)  # motions that nothing determines, and the views they leave ambiguous
 TURNTABLE_COLOR: Color = (110, 205, 240)
+GAP_COLOR: Color = (255, 170, 90)  # azimuths that no view covers
 TRUTH_COLOR: Color = (185, 185, 185)
 PLAIN_COLOR: Color = (205, 205, 210)
 FOOT_COLOR: Color = (70, 95, 165)
 TOP_COLOR: Color = (250, 240, 190)
-LABEL_COLOR: Color = (255, 235, 225)
+LABEL_COLOR: Color = (255, 255, 255)  # of words in 3D views
 BACKGROUND: Color = (60, 62, 68)  # of 3D views in either theme: black plastic and white porcelain stand out
 ENTROPY_COLOR: Color = (140, 140, 140)
 # Of a model's categories in their order, then round again. A contrast of 3:1 on white and on black.
@@ -54,6 +55,10 @@ ERRORS = {
     "rotation_chordal": "Rotation error, chordal [0 to 2.83]",
     "rotation_deg": "Rotation error [deg]",
     "center_m": "Error of the object's centre [m]",
+}
+MM_ERRORS = {  # quantity -> (title, the error it is, in millimetres)
+    "translation_mm": ("Translation error [mm]", "translation_m"),
+    "center_mm": ("Error of the object's centre [mm]", "center_m"),
 }
 LOG_ERRORS = {  # quantity -> (title, the error it is the logarithm of, its factor)
     "translation_mm": ("log10 of it [mm]: 0 is 1 mm, 2 is 10 cm", "translation_m", 1e3),
@@ -91,9 +96,19 @@ def view_path(method: str, view: int) -> str:
     return f"/object/{method}/view_{view:03d}"
 
 
+def cloud_path(method: str, view: int) -> str:
+    """The entity of a view's points by a method."""
+    return f"{view_path(method, view)}/points"
+
+
 def pair_path(source: int, target: int) -> str:
     """The entity of a pair, named target first: `/pairs/016_017` is view 17 registered to view 16."""
     return f"/pairs/{target:03d}_{source:03d}"
+
+
+def gap_path(number: int) -> str:
+    """The entity of an arc of azimuths that no view covers, in frame {0}."""
+    return f"/coverage/gap_{number:02d}"
 
 
 def graph_path(view: int) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import rerun as rr
 
-from processing.results.records import PairEstimate, SessionResult, ViewEstimate, ViewResult
+from processing.results.records import Candidate, PairEstimate, SessionResult, ViewEstimate, ViewResult
 from processing.review.edges import Disagreement, left_out, strongest
 from processing.review.wording import describe_freedom, in_mm, name_view, number
 from recorder import poses
@@ -61,23 +61,46 @@ def explain_left_out(pair: PairEstimate, disagreement: Disagreement | None) -> s
 
 def explain(estimate: ViewEstimate, pair: PairEstimate | None) -> str:
     """Why a view is not ok: its status in words, the evidence of the pair that placed it, how each start fared."""
-    text = f"{estimate.status} ({WORDS.get(estimate.status, 'see the evidence')})"
+    text = describe_status(estimate.status)
     if estimate.T_0_i is None:
         text += ", not placed"
     if pair is None:
         return text
     text += f". Against view {pair.target}: {describe_evidence(pair)}"
-    if pair.freedoms:
-        text += ". Free: " + ", ".join(map(describe_freedom, pair.freedoms))
-    if pair.alternatives:
-        turns = [f"{_angle_between(pair.T_target_source, T):.0f}°" for T in pair.alternatives]
-        text += f". As good when turned by {', '.join(turns)}"
+    text += "".join(f". {sentence}" for sentence in describe_free_motions(pair))
     if (observable := observable_error(pair)) is not None:
         raw = pair.errors.rotation_error_deg
         text += f". Off by {number(raw)}°, by {number(observable)}° with that granted"
     if pair.candidates:
-        text += ". Starts: " + ", ".join(f"{c.start} {c.status} (score {c.score:.3g})" for c in pair.candidates)
+        starts = [f"{start.start} (score {number(start.score)}) {fate}" for start, fate in list_starts(pair)]
+        text += f". Starts: {'; '.join(starts)}"
     return text
+
+
+def describe_status(status: str) -> str:
+    """A status, and in words what it means where it is not ok."""
+    return status if status == "ok" else f"{status} ({WORDS.get(status, 'see the evidence')})"
+
+
+def describe_free_motions(pair: PairEstimate) -> Iterator[str]:
+    """The motions that a pair leaves free, and other poses of it as good."""
+    if pair.freedoms:
+        yield "Free: " + ", ".join(map(describe_freedom, pair.freedoms))
+    if pair.alternatives:
+        turns = [f"{_angle_between(pair.T_target_source, T):.0f}°" for T in pair.alternatives]
+        yield f"As good when turned by {', '.join(turns)}"
+
+
+def list_starts(pair: PairEstimate) -> Iterator[tuple[Candidate, str]]:
+    """The starts that competed for a pair, best first, and what became of each: chosen, or why it lost."""
+    for start in pair.candidates:
+        reason = WORDS.get(start.status, start.status)
+        if start.start == pair.start:
+            yield start, "was chosen" if start.status == "ok" else f"was chosen all the same: {reason}"
+        elif start.status == "ok":
+            yield start, "holds too, but the surfaces agree less" if pair.start else "holds"
+        else:
+            yield start, f"lost: {reason}"
 
 
 def describe_evidence(pair: PairEstimate) -> str:

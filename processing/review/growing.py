@@ -1,19 +1,15 @@
 """A Rerun recording that grows on the disk view by view, and in an open viewer at the same time."""
 
 import errno
-import os
-import shutil
 import socket
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import rerun as rr
 
-from processing.review.recording import open_stream
+from processing.review.recording import open_stream, reserve
 
-VIEWER = "rerun+http://127.0.0.1:9876/proxy"  # where `rerun` listens
 _ANSWER_S = 0.3  # for a viewer to take a connection
-_SPARE = 1 << 20  # bytes of a disk that are left free
 
 
 class GrowingRecording:
@@ -34,8 +30,7 @@ class GrowingRecording:
 
     def reserve(self, size: int) -> None:
         """Raises OSError where the disk has no room for so many bytes."""
-        if shutil.disk_usage(self._path.parent).free < size + _SPARE:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        reserve(self._path.parent, size)
 
     def flush(self) -> None:
         """Everything logged is in the file when this returns. Raises OSError."""
@@ -56,5 +51,14 @@ def is_open(viewer: str) -> bool:
     try:
         with socket.create_connection((place.hostname, place.port), timeout=_ANSWER_S):
             return True
-    except (OSError, ValueError, TypeError):  # no such host, no port in it
+    except OSError:
+        return False
+
+
+def is_address(text: str) -> bool:
+    """Whether a text is the address of a viewer, such as rerun+http://127.0.0.1:9876/proxy."""
+    place = urlsplit(text)
+    try:
+        return bool(place.scheme.startswith("rerun") and place.hostname and place.port)
+    except ValueError:  # a port that is no number
         return False

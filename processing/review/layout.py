@@ -1,79 +1,29 @@
 """How a session's recording opens: the object at the left, curves and words at the right, at the last view."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Self
+from collections.abc import Mapping, Sequence
 
-import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from processing.review import entities
 from processing.review.entities import (
     BACKGROUND,
     CLASSES,
     ERRORS,
     EVIDENCE,
     LOG_ERRORS,
+    MM_ERRORS,
     SHARES,
     STAMP_TIMELINE,
     TURNTABLE,
     VIEW_TIMELINE,
 )
+from processing.review.scene import Scene
+from processing.review.shading import Shading
 from processing.timing import STAGES
 
 HIDDEN = rrb.PlotLegend(visible=False)  # colours mean the same in every plot: the first of a tab tells them
-FARTHEST_SENSOR = 3.0  # object diameters from the object at which a range scanner's frustum is drawn
-
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """Where the object stands in frame {0}, which way is up, and where views are drawn to be taken from; metres."""
-
-    center: np.ndarray  # (3,)
-    diameter: float
-    up: np.ndarray  # (3,), unit
-    sensor: np.ndarray | None  # (3,) where a view's frustum stands in the view's frame; None where that is unknown
-
-    @classmethod
-    def around(
-        cls, points: np.ndarray, elevation_deg: float | None, sensor_origin: tuple[float, float, float] | None
-    ) -> Self:
-        """The scene of an object whose first view, points (N, 3), looks down on it by `elevation_deg`, if known.
-
-        A view shows the front: the object is taken to be as deep as it is wide. A range scanner's origin is far from
-        its frame's: its frustum stands nearer, in the same direction.
-        """
-        low, high = np.percentile(points, [1, 99], axis=0)
-        width = max(float((high - low)[:2].max()), 1e-6)
-        center = np.array([*(low + high)[:2] / 2, low[2] + width / 2])
-        elevation = np.radians(elevation_deg or 0.0)
-        diameter = 1.3 * width
-        sensor = None if sensor_origin is None else np.array(sensor_origin)
-        if sensor is not None and sensor.any():
-            offset = sensor - center
-            distance, reach = float(np.linalg.norm(offset)), FARTHEST_SENSOR * diameter
-            sensor = center + offset * min(1.0, reach / max(distance, 1e-12))
-        return cls(center, diameter, np.array([0.0, -np.cos(elevation), -np.sin(elevation)]), sensor)
-
-    def foot(self, axis: np.ndarray, point: np.ndarray) -> np.ndarray:
-        """The point (3,) nearest to the object's centre of a line along a unit axis."""
-        return point + np.dot(self.center - point, axis) * axis
-
-    def eye(self) -> rrb.EyeControls3D:
-        """An eye behind camera {0}, a little to its right: the object fills the view."""
-        return self._look(2.9 * self.diameter, azimuth_deg=25, height_deg=35)
-
-    def eye_on_all(self) -> rrb.EyeControls3D:
-        """An eye from so far above that the frusta all round are in its view."""
-        ring = self.diameter if self.sensor is None else float(np.linalg.norm(self.sensor - self.center))
-        return self._look(max(2.9 * self.diameter, 2.5 * ring), azimuth_deg=25, height_deg=55)
-
-    def _look(self, distance: float, azimuth_deg: float, height_deg: float) -> rrb.EyeControls3D:
-        right, forward = np.array([1.0, 0.0, 0.0]), np.array([0.0, self.up[2], -self.up[1]])
-        azimuth, height = np.radians(azimuth_deg), np.radians(height_deg)
-        level = np.sin(azimuth) * right - np.cos(azimuth) * forward
-        position = self.center + distance * (np.cos(height) * level + np.sin(height) * self.up)
-        return rrb.EyeControls3D(position=position, look_target=self.center, eye_up=self.up)
+FUNNEL = ("points", "keypoints", "valid_frames", "matches", "inliers", "overlap")
 
 
 def lay_out(
@@ -81,26 +31,38 @@ def lay_out(
     has_truth: bool,
     scene: Scene | None,
     *,
+    is_colored: bool = False,
+    view_colors: Mapping[int, entities.Color] | None = None,
+    shading: Shading | None = None,
     has_turntable: bool = False,
     has_mesh: bool = False,
     categories: Sequence[str] = (),
 ) -> rrb.Blueprint:
-    """The blueprint; `methods` from worst to best. Without ground truth the evidence takes the place of the errors."""
+    """The blueprint; `methods` from worst to best. Without ground truth the evidence takes the place of the errors.
+
+    `view_colors` are those of the best method's views in the tab that shows them by view.
+    """
+    *lesser, best = methods
     eye = scene.eye() if scene else None
-    told = ["/turntable/axis/**", "/free/**"]  # by the poses of the best method
-    objects = [
-        _view_3d(f"Object by {m}", eye, [f"/object/{m}/**", "/object/truth/**", *(told if m == methods[-1] else [])])
-        for m in reversed(methods)
-    ]
+    whole = [f"/object/{best}/**", "/object/truth/**", "/turntable/axis/**", "/free/**", "/coverage/**"]
+    objects = [_view_3d(f"{best}, {'as captured' if is_colored else 'by view'}", eye, whole)]
+    if view_colors and is_colored:
+        objects.append(_view_3d("by view", eye, whole, colors=_of_clouds(best, view_colors)))
+    if view_colors and shading:
+        colors = _of_clouds(best, {view: shading.colors[view] for view in view_colors})
+        objects.append(_view_3d(f"by {shading.quantity}", eye, [*whole, "/scale/**"], colors=colors))
+    objects += [_view_3d(m, eye, [f"/object/{m}/**", "/object/truth/**"]) for m in reversed(lesser)]
     wholes = [_view_3d("Model", eye, ["/model/points", "/model/outliers"])]
     wholes += [_view_3d("Mesh", eye, ["/model/mesh"])] if has_mesh else []
     graph = []
     if "refined" in methods:
-        contents = ["/graph/**", "/object/refined/**", "/turntable/axis/**"]
+        contents = ["/graph/**", "/object/refined/**", "/turntable/axis/**", "/coverage/**"]
         graph.append(_view_3d("Graph", scene.eye_on_all() if scene else None, contents))
+    matched = set(methods) != {"icp"}
     curves = [
         *([_errors()] if has_truth else []),
         _evidence("Evidence", ("overlap", "rmse_m", "violations", "unseen", "misfit", "confidence")),
+        _evidence("Funnel", FUNNEL if matched else ("points", "overlap")),
         _evidence("Support", _support(methods)),
         *([_turntable()] if has_turntable else []),
         *([_classes(categories)] if categories else []),
@@ -108,11 +70,12 @@ def lay_out(
     ]
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Tabs(*objects, *wholes, *graph, _matches(scene)),
+            rrb.Tabs(*objects, *wholes, *graph, *([_matches(scene)] if matched else [])),
             rrb.Vertical(
                 rrb.Tabs(*curves),
                 rrb.Tabs(
                     rrb.TextDocumentView(origin="/summary", name="Summary"),
+                    rrb.TextDocumentView(origin="/story", name="View"),
                     rrb.TextDocumentView(origin="/table", name="Table"),
                     _log(),
                 ),
@@ -133,6 +96,7 @@ def _view_3d(
     eye: rrb.EyeControls3D | None,
     contents: Sequence[str],
     time_ranges: Sequence[rrb.VisibleTimeRange] | None = None,
+    colors: Mapping[str, rr.Points3D] | None = None,
 ) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         origin="/",
@@ -143,7 +107,13 @@ def _view_3d(
         eye_controls=eye,
         defaults=[rr.TransformAxes3D.from_fields(axis_length=0.0)],  # else every frustum carries three arrows
         time_ranges=time_ranges,
+        overrides=colors,
     )
+
+
+def _of_clouds(method: str, colors: Mapping[int, entities.Color]) -> dict[str, rr.Points3D]:
+    """One colour for each view's cloud, in place of those in the file, which holds a cloud's points once."""
+    return {entities.cloud_path(method, v): rr.Points3D.from_fields(colors=color) for v, color in colors.items()}
 
 
 def _matches(scene: Scene | None) -> rrb.Spatial3DView:
@@ -174,7 +144,9 @@ def _errors() -> rrb.Grid:
     plots = []
     for quantity, (title, error, _) in LOG_ERRORS.items():
         legend = HIDDEN if plots else rrb.Corner2D.LeftTop
-        plots.append(_curves(f"/errors/{error}", ERRORS[error], plot_legend=legend))
+        shown = quantity if quantity in MM_ERRORS else error
+        heading = MM_ERRORS[quantity][0] if quantity in MM_ERRORS else ERRORS[error]
+        plots.append(_curves(f"/errors/{shown}", heading, plot_legend=legend))
         plots.append(_curves(f"/errors_log10/{quantity}", title))
     return rrb.Grid(*plots, grid_columns=2, name="Errors")
 
@@ -190,7 +162,7 @@ def _evidence(name: str, shown: Sequence[str]) -> rrb.Grid:
 
 def _support(methods: Sequence[str]) -> list[str]:
     """What holds a view, as far as the methods look at it."""
-    matching = ["inlier_ratio", "matches"] if set(methods) != {"icp"} else []
+    matching = ["inlier_ratio"] if set(methods) != {"icp"} else []
     return ["observability", *(["edges"] if "refined" in methods else []), *matching]
 
 

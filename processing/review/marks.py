@@ -1,21 +1,39 @@
-"""What is drawn beside the clouds: labels, the graph's edges, the turntable's axis, motions that nothing determines."""
+"""What is drawn beside the clouds: labels, a scale of colours, the graph, the turntable, free motions, gaps."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 import rerun as rr
 
+from processing.reconstruction.coverage import Coverage, Gap
 from processing.results.records import Freedom, PairEstimate, Turntable
 from processing.review import entities
-from processing.review.layout import Scene
+from processing.review.scene import Scene
+from processing.review.shading import Shading
+from processing.review.wording import name_gap
 
 DASHES = 24  # of the axis of a free motion
+ARC_STEP_DEG = 3.0
 FREE_WORDS = {"turn": "nothing tells a turn about this axis", "shift": "nothing tells a shift along this line"}
 
 
-def draw_label(position: np.ndarray, text: str, color: entities.Color = entities.LABEL_COLOR) -> rr.Points3D:
+def draw_label(position: np.ndarray, text: str) -> rr.Points3D:
     """Words at a position (3,)."""
-    return rr.Points3D([position], labels=[text], show_labels=True, colors=color, radii=-1.0)
+    return rr.Points3D([position], labels=[text], show_labels=True, colors=entities.LABEL_COLOR, radii=-1.0)
+
+
+def draw_scale(shading: Shading, scene: Scene) -> tuple[rr.Points3D, rr.Points3D]:
+    """A column of coloured dots at the object's left, much above little; words beside them, their meaning above."""
+    places = scene.center - 1.15 * scene.diameter * scene.beside()
+    heights = np.linspace(-0.45, 0.45, len(shading.scale))
+    column = places + heights[:, None] * scene.diameter * scene.up
+    colors, words = zip(*shading.scale, strict=True)
+    dots = rr.Points3D(column, colors=colors, radii=-8.0)
+    texts = np.vstack([column, column[-1] + 0.2 * scene.diameter * scene.up])
+    labels = rr.Points3D(
+        texts, labels=[*words, shading.meaning], show_labels=True, colors=entities.LABEL_COLOR, radii=-0.1
+    )
+    return dots, labels
 
 
 def draw_edges(
@@ -41,7 +59,7 @@ def draw_turntable(turntable: Turntable, scene: Scene) -> tuple[rr.Arrows3D, rr.
     middle = scene.foot(turntable.axis, turntable.point)
     arrow = rr.Arrows3D(origins=[middle - half], vectors=[2 * half], colors=entities.TURNTABLE_COLOR, radii=-2.5)
     text = f"turntable, {turntable.step_deg:.2f}° a view"
-    return arrow, draw_label(middle + 1.08 * half, text, entities.TURNTABLE_COLOR)
+    return arrow, draw_label(middle + 1.08 * half, text)
 
 
 def draw_freedom(freedom: Freedom, scene: Scene) -> tuple[rr.LineStrips3D, rr.Points3D]:
@@ -56,4 +74,20 @@ def draw_freedom(freedom: Freedom, scene: Scene) -> tuple[rr.LineStrips3D, rr.Po
         ring = 0.2 * size * (np.cos(angle) * across[0] + np.sin(angle) * across[1])
         strips += list((dots[0] + ring).reshape(2 * DASHES, 2, 3))
     lines = rr.LineStrips3D(strips, colors=entities.FREE_COLOR, radii=-1.5)
-    return lines, draw_label(1.1 * dots[0] - 0.1 * scene.center, FREE_WORDS[freedom.kind], entities.FREE_COLOR)
+    return lines, draw_label(1.1 * dots[0] - 0.1 * scene.center, FREE_WORDS[freedom.kind])
+
+
+def draw_gap(gap: Gap, coverage: Coverage, sensors: np.ndarray, scene: Scene) -> tuple[rr.LineStrips3D, rr.Points3D]:
+    """An arc of azimuths that no view covers, on the circle that sensors (N, 3) stand on, with its ends; its label."""
+    axis = coverage.up
+    foot = scene.foot(axis, coverage.center)
+    away = sensors - foot
+    heights = away @ axis
+    radius = float(np.linalg.norm(away - heights[:, None] * axis, axis=1).mean())
+    middle = foot + heights.mean() * axis
+    degrees = np.linspace(gap.start_deg, gap.end_deg, max(2, round((gap.end_deg - gap.start_deg) / ARC_STEP_DEG)))
+    arc = middle + radius * coverage.toward(degrees)
+    ends = [np.stack([middle + 0.85 * (end - middle), end]) for end in (arc[0], arc[-1])]
+    lines = rr.LineStrips3D([arc, *ends], colors=entities.GAP_COLOR, radii=-2.0)
+    center = middle + radius * coverage.toward(np.array([(gap.start_deg + gap.end_deg) / 2]))[0]
+    return lines, draw_label(center, name_gap(gap.start_deg, gap.end_deg))

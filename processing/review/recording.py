@@ -1,5 +1,8 @@
 """A Rerun recording that appears whole or not at all, the same bytes from the same content."""
 
+import errno
+import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,23 +13,41 @@ import rerun.blueprint as rrb
 from processing.results.whole import whole_file
 from processing.review.entities import APPLICATION_ID
 
+_SPARE = 1 << 20  # bytes of a disk that are left free
+
 
 @contextmanager
-def whole_recording(path: Path, name: str, blueprint: rrb.Blueprint) -> Iterator[rr.RecordingStream]:
-    """The stream of a recording that is at `path` when the block ends. Raises UnwritableOutput."""
-    with whole_file(path) as part, open_stream(f"{APPLICATION_ID}-{name}") as stream:
-        stream.save(part, default_blueprint=blueprint)
-        stream.send_recording_name(name)
-        yield stream
+def whole_recording(
+    path: Path, name: str, blueprint: rrb.Blueprint, size: int = 1 << 20
+) -> Iterator[rr.RecordingStream]:
+    """The stream of a recording, of so many bytes at most, that is at `path` when the block ends.
+
+    Raises UnwritableOutput.
+    """
+    with whole_file(path) as part:
+        reserve(path.parent, size)
+        with open_stream(f"{APPLICATION_ID}-{name}") as stream:
+            stream.save(part, default_blueprint=blueprint)
+            stream.send_recording_name(name)
+            yield stream
 
 
 def open_stream(recording_id: str) -> rr.RecordingStream:
-    """A stream without a sink, in which nothing tells when it was written."""
+    """A stream without a sink, in which nothing tells when it was written.
+
+    Its application has its name too: a viewer shows all recordings of one application with one layout and one eye.
+    """
     stream = rr.RecordingStream(
-        APPLICATION_ID,
+        recording_id,
         recording_id=recording_id,
         send_properties=False,  # they hold the time of writing
         batcher_config=rr.ChunkBatcherConfig.NEVER(),  # flushed by us only: the same chunks in every run
     )
     stream.set_log_time_enabled(False)
     return stream
+
+
+def reserve(folder: Path, size: int) -> None:
+    """Raises OSError where a folder's disk has no room for so many bytes: on a full one rerun may wait for ever."""
+    if shutil.disk_usage(folder).free < size + _SPARE:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

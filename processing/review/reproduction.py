@@ -14,6 +14,7 @@ from processing.review.reproduction_layout import HEADINGS, SHARED_TIMELINE, lay
 from processing.review.study import StudyReview, collect_verdicts, entity_path
 from processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
 
+_LARGEST = 64 << 20  # bytes of the whole
 _MODEL_POINTS = 20_000
 _TABLE_ROWS = 30
 _TABLE_COLUMNS = 13
@@ -25,7 +26,7 @@ def write_reproduction(path: Path, groups: Mapping[str, Sequence[StudyReview]], 
     Raises UnwritableOutput.
     """
     studies = [study for group in groups.values() for study in group]
-    with whole_recording(path, "reproduction", lay_out(groups)) as stream:
+    with whole_recording(path, "reproduction", lay_out(groups), size=_LARGEST) as stream:
         for name, content in _summarize(studies, run):
             stream.log(name, content, static=True)
         for study in studies:

@@ -5,16 +5,19 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from processing.reconstruction.coverage import Coverage
 from processing.results.records import MethodResult, SessionResult, Turntable, TurntableDeviation, ViewEstimate
 from processing.review.classification import describe_classification
 from processing.review.edges import left_out, strongest
 from processing.review.findings import explain
 from processing.review.tables import tabulate_methods
-from processing.review.wording import describe_freedom, enumerate_views, in_mm, name_view, number
+from processing.review.wording import describe_freedom, enumerate_views, in_mm, name_gap, name_view, number
 
 SHOWN_FAILURES = 10
 SHOWN_FREEDOMS = 3
+SHOWN_GAPS = 3
 LEGEND = (
+    "Move the time cursor to a view: the tab View tells its story, Matches draws its correspondences. "
     "Frusta: grey by the ground truth, coloured as estimated. Red: what fails (views, matches, outliers). "
     "Yellow: right but for a motion that nothing determines, whose axis is dashed."
 )
@@ -44,7 +47,7 @@ def conclude(result: SessionResult, method: str) -> str:
     return text
 
 
-def summarize(result: SessionResult, methods: Sequence[str]) -> str:
+def summarize(result: SessionResult, methods: Sequence[str], coverage: Coverage | None = None) -> str:
     """The summary as Markdown; `methods` from worst to best."""
     best = methods[-1]
     found = result.reconstruction[best]
@@ -53,6 +56,8 @@ def summarize(result: SessionResult, methods: Sequence[str]) -> str:
         lines += [shown, ""]
     if result.turntable is not None:
         lines += [describe_turntable(result.turntable), ""]
+    if coverage is not None:
+        lines += [describe_coverage(coverage, result.turntable is not None), ""]
     if free := describe_freedoms(found, _step_was_given(result)):
         lines += [free, ""]
     if dropped := len(left_out(found)):
@@ -89,6 +94,18 @@ def describe_turntable(turntable: Turntable) -> str:
         f"wobbles by {number(worst[1].wobble_deg)}° (view {worst[1].view}) "
         f"and shifts by {in_mm(shifted.shift_m)} mm (view {shifted.view})."
     )
+
+
+def describe_coverage(coverage: Coverage, on_turntable: bool) -> str:
+    """The azimuths that no view covers, the widest first, and what azimuths are."""
+    shown = [name_gap(gap.start_deg, gap.end_deg) for gap in coverage.gaps[:SHOWN_GAPS]]
+    more = len(coverage.gaps) - len(shown)
+    if not shown:
+        return f"**Covered all round:** neighbours stand at most {coverage.widest_deg:.0f}° apart."
+    axis = "the turntable's axis" if on_turntable else "what the cameras call up"
+    first = min(coverage.azimuths_deg, key=coverage.azimuths_deg.__getitem__)
+    text = f"**Not covered:** {'; '.join(shown)}{f'; and {more} more such arcs' if more else ''}. "
+    return text + f"Azimuths are about {axis}, counterclockwise seen from above, view {first} at 0°."
 
 
 def describe_freedoms(found: MethodResult, step_was_given: bool) -> str:

@@ -54,7 +54,7 @@ def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:
     ]
     header += ["pairs", "overlap", "residual [mm]", "misfit", "in front"]
     header += ["points", "keypoints", "frames", "matches", "inliers", *lesser, "name"]
-    return "\n".join([f"Status, errors and evidence of {best}.", "", *_markdown_table(header, rows)])
+    return "\n".join([f"Status, errors and evidence of {best}.", "", *write_table(header, rows)])
 
 
 def tabulate_methods(result: SessionResult, methods: Sequence[str]) -> list[str]:
@@ -80,11 +80,11 @@ def tabulate_methods(result: SessionResult, methods: Sequence[str]) -> list[str]
     what = "Overlap and residual: medians; translation, chordal, centre, a pair: the largest error of the kind."
     if any(row[-1] for row in rows):
         what += " Observable: with the motions granted that nothing determines."
-    return [*_markdown_table(header, rows), "", what]
+    return [*write_table(header, rows), "", what]
 
 
-def _markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Its lines; a column without any content is left out."""
+def write_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """The lines of a Markdown table; a column without any content is left out."""
     columns = [column for column in zip(header, *rows, strict=True) if any(column[1:])]
     title, *content = zip(*columns, strict=True)
     return ["| " + " | ".join(cells) + " |" for cells in (title, ["---"] * len(title), *content)]

@@ -14,6 +14,7 @@ import rerun.blueprint as rrb
 
 from processing.review import entities
 from processing.review.matrix import draw_matrix, view_matrix
+from processing.review.recording import open_stream
 from recorder.exceptions import UnwritableOutput
 
 if TYPE_CHECKING:
@@ -46,13 +47,7 @@ class TrainingReview:
         self._categories = categories
         self._settings = settings
         self._epochs = 0
-        self._stream = rr.RecordingStream(
-            entities.APPLICATION_ID,
-            recording_id=f"{entities.APPLICATION_ID}-training-{path.stem}",
-            send_properties=False,  # they hold the time of writing
-            batcher_config=rr.ChunkBatcherConfig.NEVER(),
-        )
-        self._stream.set_log_time_enabled(False)
+        self._stream = open_stream(f"{entities.APPLICATION_ID}-training-{path.stem}")
         try:
             self.part.parent.mkdir(parents=True, exist_ok=True)
             self._stream.save(self.part, default_blueprint=lay_out(len(categories)))

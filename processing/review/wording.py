@@ -47,3 +47,8 @@ def describe_freedom(freedom: Freedom) -> str:
         return f"a shift along ({axis})"
     place = ", ".join(f"{x:.0f}" for x in (1e3 * freedom.point).round() + 0.0)
     return f"a turn about the axis ({axis}) through ({place}) mm"
+
+
+def name_gap(start_deg: float, end_deg: float) -> str:
+    """`no view between 200° and 250°`: of a gap that may go past 360."""
+    return f"no view between {start_deg:.0f}° and {(end_deg - 1e-6) % 360 + 1e-6:.0f}°"

@@ -18,10 +18,13 @@ ERROR_FIELDS = {
 def test_error_curves_read_back_equal_the_results(reviewed):
     path, (_, session) = reviewed
     curves = read_rows(path, "/errors/**", "Scalars:scalars")
-    assert len(curves) == len(METHODS) * len(ERROR_FIELDS)
+    in_mm = {quantity: (ERROR_FIELDS[error], 1e3) for quantity, (_, error) in entities.MM_ERRORS.items()}
+    quantities = {quantity: (field, 1.0) for quantity, field in ERROR_FIELDS.items()} | in_mm
+    assert len(curves) == len(METHODS) * len(quantities)
     for method, found in session.reconstruction.items():
-        for quantity, field in ERROR_FIELDS.items():
-            expected = {v.view: getattr(v.errors, field) for v in found.views if getattr(v.errors, field) is not None}
+        for quantity, (field, factor) in quantities.items():
+            values = {v.view: getattr(v.errors, field) for v in found.views}
+            expected = {view: factor * value for view, value in values.items() if value is not None}
             assert {view: cell[0] for view, cell in curves[f"/errors/{quantity}/{method}"].items()} == expected
 
 

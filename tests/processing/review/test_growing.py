@@ -11,7 +11,7 @@ import rerun as rr
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
-from processing.review.growing import GrowingRecording, is_open
+from processing.review.growing import GrowingRecording, is_address, is_open
 from tests import viewer as viewers
 
 
@@ -36,11 +36,14 @@ def test_without_a_viewer_nothing_is_lost_and_nothing_waits(tmp_path):
     assert subprocess.run([viewers.RERUN, "rrd", "verify", tmp_path / "r.rrd"], capture_output=True).returncode == 0
 
 
-@pytest.mark.parametrize(
-    "address", ["nowhere", "rerun+http://no-such-host.invalid:9876/proxy", "rerun+http://127.0.0.1"]
-)
-def test_no_address_of_a_viewer(address):
-    assert not is_open(address)
+@pytest.mark.parametrize("text", ["nowhere", "http://127.0.0.1:9876", "rerun+http://127.0.0.1/proxy", "rerun://h:x/"])
+def test_no_address_of_a_viewer(text):
+    assert not is_address(text)
+
+
+def test_no_viewer_at_an_address():
+    assert is_address("rerun+http://no-such-host.invalid:9876/proxy")
+    assert not is_open("rerun+http://no-such-host.invalid:9876/proxy")
 
 
 def test_a_viewer_shows_it_as_it_grows_and_may_go_away(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.review.layout import Scene
+from processing.review.scene import Scene
 from tests import viewer
 from tests.processing.review.made_results import write_review
 
@@ -27,9 +27,10 @@ def test_viewer_draws_everything(with_truth, tmp_path):
             assert viewer.find_reports(client) == []
     except viewer.NoViewer as reason:
         pytest.skip(str(reason))
-    assert {"Object by refined", "Object by icp", "Graph", "Slip: its turn off a multiple of the step [deg]"} <= names
-    assert {"Summary", "Log"} <= names
-    assert ("Translation error [m]" in names) == with_truth
+    assert {"refined, by view", "icp", "Graph", "Slip: its turn off a multiple of the step [deg]"} <= names
+    assert {"Summary", "View", "Log"} <= names
+    assert ("Translation error [mm]" in names) == with_truth
+    assert ("by error" in names, "by confidence" in names) == (with_truth, not with_truth)
 
 
 def test_viewer_helper_finds_what_cannot_be_drawn(tmp_path):

@@ -118,7 +118,7 @@ def test_captured_colors_are_kept(tmp_path):
 def test_recording_names_itself_and_carries_its_layout(reviewed):
     reader = RrdReader(reviewed[0])
     (recording,) = reader.recordings()
-    assert (recording.application_id, recording.recording_id) == ("orbitscan", "orbitscan-bumpy_sphere")
+    assert (recording.application_id, recording.recording_id) == ("orbitscan-bumpy_sphere",) * 2
     assert len(reader.blueprints()) == 2  # while it grows, and at the end, which the viewer takes
 
 
