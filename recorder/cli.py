@@ -272,7 +272,7 @@ def info(recording: Recording) -> None:
     damage += [f"{name_views(unreadable)} unreadable"] if unreadable else []
     used = select_views(str(DEFAULT_VIEWS), session.names)
     try:
-        known = f"{len(session.truth())} of {facts.views}"
+        known = f"{len(session.truth())} of {facts.views}" + (f" ({facts.source_poses})" if facts.has_estimates else "")
     except InvalidPose as error:
         known = f"unreadable ({error.problem})"
 

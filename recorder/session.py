@@ -11,6 +11,7 @@ import numpy as np
 from recorder.exceptions import InvalidOption
 
 DEFAULT_VIEWS = 18  # thesis 5.2: 20 degrees apart
+ESTIMATED = "estimated by"  # how `source_poses` starts where a recording's poses are no ground truth
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,11 @@ class SessionInfo:
     source_poses: str = ""  # how the true poses were read: direction, axes, units ("camera-to-object RDF m")
     elevation_deg: float | None = None
     views_per_turn: float | None = None
+
+    @property
+    def has_estimates(self) -> bool:
+        """Whether the recorded poses are somebody's estimates: nothing is measured against them."""
+        return self.source_poses.startswith(ESTIMATED)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
 """`make faults`: a batch that is killed again and again, and a disk that is full, cost time and nothing else.
 
 Twelve small sessions are processed undisturbed, then into another folder by a batch that is killed (SIGKILL) at ten
-random moments: in the second half of the kills with --overwrite, so that finished results are being replaced. After each kill
-whatever stands under a session's name must be whole; at the end everything must be as undisturbed.
+random moments: in the second half of the kills with --overwrite, so that finished results are being replaced. After
+each kill whatever stands under a session's name must be whole; at the end everything must be as undisturbed.
 """
 
 import os

@@ -13,10 +13,9 @@ import numpy as np
 
 from processing.results.records import METHODS, SessionResult, Turntable
 from recorder import mcap_file, poses
-from recorder.session import Session, SessionInfo, View
+from recorder.session import ESTIMATED, Session, SessionInfo, View
 
 FILE_NAME = "registered.mcap"
-ESTIMATED = "estimated by"  # how a recording's `source_poses` starts where its poses are no ground truth
 STEEP = 0.1  # sine of the angle to the vertical, below which looking forward tells no direction on the ground
 
 

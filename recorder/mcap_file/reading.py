@@ -47,7 +47,7 @@ def read(path: Path) -> Session:
         info=info,
         names=names,
         load=partial(_load_view, path, contents, names),
-        load_truth=partial(_load_truth, path, contents, len(names)),
+        load_truth=dict if info.has_estimates else partial(_load_truth, path, contents, len(names)),
         damage=contents.damage,
     )
 

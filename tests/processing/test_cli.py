@@ -50,6 +50,7 @@ def test_process_writes_the_whole_folder_and_says_how_to_go_on(done):
     methods = ("icp", "ransac_icp", "pairwise", "refined")
     assert {path.name for path in (folder / "out" / "blob").iterdir()} == {
         "review.rrd", "results.json", "timings.json", "errors.csv", "model.ply", "poses_truth.tum",
+        "registered.mcap", "registered.foxglove.json",
         *(f"poses_{method}.tum" for method in methods),
     }  # fmt: skip
     assert [path.name for path in (folder / "out").iterdir()] == ["blob"]
@@ -410,7 +411,9 @@ def test_in_a_batch_one_broken_recording_does_not_stop_the_others(done, tmp_path
     assert finished.returncode == 1
     assert "bad.mcap: not an MCAP file" in finished.stderr
     assert (tmp_path / "out" / "good" / "results.json").exists()
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["good"]
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"good", "summary.csv", "summary.parquet", "summary.rrd"}
+    assert "1 of 2 recordings have results; 2 of their 2 views are placed with confidence; 1 failed." in finished.stdout
 
 
 def test_help_imports_nothing_heavy():

@@ -103,8 +103,10 @@ def test_its_poses_are_called_estimates_and_the_truth_is_never_asked_for(session
 
     placement = place(estimated(session))
     write_registered(tmp_path / "registered.mcap", replace(session, load_truth=refuse), placement)
-    info = mcap_file.read(tmp_path / "registered.mcap").info
+    back = mcap_file.read(tmp_path / "registered.mcap")
+    info = back.info
     assert info.source_poses == "estimated by refined, recorded views 0:5"
+    assert back.truth() == {}  # nothing is measured against them
     assert (info.name, info.capture) == (session.info.name, session.info.capture)
 
 
