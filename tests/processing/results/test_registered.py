@@ -16,6 +16,7 @@ from processing.results.records import MethodResult, Model, SessionResult, Turnt
 from processing.results.registered import place, registered, stand_upright, write_registered
 from recorder import mcap_file, poses
 from recorder.session import SessionInfo
+from tests import viewer
 from tests.geometry import scan
 
 ELEVATION = np.degrees(np.arctan2(0.4, 0.9))  # of `scan`'s camera
@@ -204,3 +205,14 @@ def test_facts_of_the_session_stay(session):
     info = SessionInfo("cup", 5, category="coffee_mug", sensor="kinect", sensor_origin=None, source_axes="RUB")
     told = registered(replace(session, info=info), place(estimated(session))).info
     assert replace(told, source_poses="") == info
+
+
+def test_the_viewer_draws_it_without_a_complaint(session, tmp_path):
+    path = tmp_path / "registered.mcap"
+    write(path, session, statuses={2: "diverged"})
+    try:
+        with viewer.open_viewer(path, size="960x540") as client:
+            assert client.get_state().views
+            assert viewer.find_reports(client) == []
+    except viewer.NoViewer as reason:
+        pytest.skip(str(reason))
