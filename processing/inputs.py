@@ -2,6 +2,7 @@
 
 import glob
 from collections.abc import Sequence
+from itertools import filterfalse
 from pathlib import Path
 
 from recorder.exceptions import InvalidOption, UnreadableRecording
@@ -24,17 +25,24 @@ def find_recordings(inputs: Sequence[Path]) -> list[Path]:
 
 def find_unfinished(inputs: Sequence[Path]) -> list[Path]:
     """The recordings in folders that `orbitscan convert` or `simulate` has not finished, or was stopped at."""
-    return [path for folder in inputs if folder.is_dir() for path in sorted(folder.rglob("*.mcap.part"))]
+    found = [path for folder in inputs if folder.is_dir() for path in sorted(folder.rglob("*.mcap.part"))]
+    return list(filterfalse(_lies_in_results, found))
 
 
 def _expand(name: Path) -> list[Path]:
     if name.is_dir():
-        inside = [path for path in sorted(name.rglob("*.mcap")) if not (path.parent / "results.json").exists()]
+        inside = list(filterfalse(_lies_in_results, sorted(name.rglob("*.mcap"))))
         if not inside:
             raise UnreadableRecording(name, "the folder holds no recording (*.mcap)", "name one that does")
         return inside
     if name.exists() or not glob.has_magic(str(name)):
         return [name]
-    if not (fitting := sorted(map(Path, glob.glob(str(name), recursive=True)))):
-        raise UnreadableRecording(name, "no file fits the pattern", "name recordings (*.mcap)")
+    fitting = list(filterfalse(_lies_in_results, sorted(map(Path, glob.glob(str(name), recursive=True)))))
+    if not fitting:
+        raise UnreadableRecording(name, "no recording fits the pattern", "name recordings (*.mcap)")
     return fitting
+
+
+def _lies_in_results(path: Path) -> bool:
+    """Whether a recording is part of results, which may be unfinished."""
+    return (path.parent / "results.json").exists() or path.parent.suffix == ".part"

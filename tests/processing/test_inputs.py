@@ -32,6 +32,16 @@ def test_a_name_that_unfinished_results_have_is_refused(name, tmp_path):
         find_recordings([tmp_path / name])
 
 
+def test_what_lies_in_results_is_no_input(tmp_path):
+    for name in ("out/mug/registered.mcap", "out/mug/results.json", "out/cup.part/registered.mcap.part", "mug.mcap"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    assert find_recordings([tmp_path]) == find_recordings([tmp_path / "**" / "*.mcap"]) == [tmp_path / "mug.mcap"]
+    registered = tmp_path / "out" / "mug" / "registered.mcap"
+    assert find_recordings([registered]) == [registered]  # named itself
+    assert find_unfinished([tmp_path]) == []
+
+
 def test_what_convert_has_not_finished_is_found(tmp_path):
     (tmp_path / "mug.mcap.part").touch()
     assert find_unfinished([tmp_path, tmp_path / "other.mcap"]) == [tmp_path / "mug.mcap.part"]
