@@ -4,6 +4,7 @@ python -m tests.benchmarks.batch --sessions 100
 """
 
 import argparse
+import json
 import os
 import subprocess
 import sys
@@ -26,7 +27,7 @@ class Run:
     """What a batch took."""
 
     seconds: float
-    finished: np.ndarray  # (S,) seconds at which sessions were done, in order
+    sessions: np.ndarray  # (S,) seconds of each, in the order in which they were done
     memory_gb: dict[int, list[float]]  # of each process, over time
 
 
@@ -48,7 +49,10 @@ def main() -> None:
     for workers, of_workers in runs.items():
         median = np.median([run.seconds for run in of_workers])
         peak = max(max(of_process) for run in of_workers for of_process in run.memory_gb.values())
-        early, late = np.median([_intervals(run) for run in of_workers], axis=0)
+        third = options.sessions // 3
+        early, late = (
+            np.median([run.sessions[part] for run in of_workers]) for part in (slice(third), slice(-third, None))
+        )
         print(
             f"{workers} worker{'s' * (workers > 1)}, a thread each: {median:.1f} s for {options.sessions} sessions; "
             f"{early:.2f} s a session in the first third, {late:.2f} in the last; "
@@ -63,7 +67,7 @@ def process(recordings: Path, results: Path, workers: int) -> Run:
     orbitscan = [sys.executable, "-c", "from processing.cli import main; main()"]
     command = [*orbitscan, "process", recordings, "-o", results, "--workers", str(workers)]
     memory: dict[int, list[float]] = {}
-    started, clock = time.perf_counter(), time.time()
+    started = time.perf_counter()
     threads = dict.fromkeys(_THREADS, str(workers))  # which the command divides among its workers
     with subprocess.Popen(command, env=os.environ | threads, stdout=subprocess.DEVNULL) as batch:
         while batch.poll() is None:
@@ -72,8 +76,9 @@ def process(recordings: Path, results: Path, workers: int) -> Run:
             time.sleep(0.1)
     assert batch.returncode == 0, f"exit status {batch.returncode}"
     seconds = time.perf_counter() - started
-    finished = sorted(path.stat().st_mtime - clock for path in results.glob("*/results.json"))
-    return Run(seconds, np.array(finished), memory)
+    done = sorted(results.glob("*/timings.json"), key=lambda path: path.stat().st_mtime_ns)
+    sessions = [json.loads(path.read_text())["total"] for path in done]
+    return Run(seconds, np.array(sessions), memory)
 
 
 def _memory(pid: int) -> dict[int, float]:
@@ -86,13 +91,6 @@ def _memory(pid: int) -> dict[int, float]:
     except psutil.NoSuchProcess:
         pass
     return found
-
-
-def _intervals(run: Run) -> tuple[float, float]:
-    """Seconds from session to session, early and late."""
-    third = len(run.finished) // 3
-    gaps = np.diff(run.finished)
-    return float(gaps[:third].mean()), float(gaps[-third:].mean())
 
 
 if __name__ == "__main__":
