@@ -43,7 +43,7 @@ model: .venv/installed
 	cp model-data/household.pt processing/classification/household.pt
 
 picture: .venv/installed-dev
-	$(BIN)/python -m tests.picture results/robot/review.rrd docs/review.png
+	$(BIN)/orbitscan view results/robot --screenshot docs/review.png
 
 clean:
 	rm -rf .venv results model-data build dist *.egg-info

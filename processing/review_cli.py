@@ -1,38 +1,211 @@
-"""The command `view`."""
+"""The commands that look at results: `view` and `compare`."""
 
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from recorder.exceptions import InvalidOption
 
+if TYPE_CHECKING:
+    from processing.results.changes import Comparison
+
+SHOWN_SESSIONS = 8  # of a batch that `view` opens, a few hundred megabytes at most
+SHOWN_ROWS = 20  # of a table that `compare` prints
+_COLORS = {"worse": "red", "changed": "yellow", "better": "green"}
+_SIGNALLED = 128  # added to the number of a signal that ended the viewer, as a shell does
+
 
 def view(
-    what: Annotated[Path, typer.Argument(help="A results folder, a review (.rrd) or a recording (.mcap).")],
+    what: Annotated[
+        Path, typer.Argument(help="Results of a session or a batch, a Rerun recording (.rrd), or a recording (.mcap).")
+    ],
+    most: Annotated[int, typer.Option("--most", min=1, help="Sessions of a batch, worst first.")] = SHOWN_SESSIONS,
+    screenshot: Annotated[
+        Path | None, typer.Option(metavar="OUT.png", help="Save a picture instead; needs no display.")
+    ] = None,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Of the picture.")] = "1920x1080",
+    at: Annotated[int | None, typer.Option(min=0, metavar="VIEW", help="The picture's cursor is at this view.")] = None,
 ) -> None:
-    """Open results or a recording in the Rerun viewer.
+    """Open results or a recording in the Rerun viewer, or save a picture of them.
 
-    orbitscan view results/bunny
+    Of a batch its summary and the worst sessions: those with the most views that failed, then with the largest errors.
+
+    \b
+    Examples:
+      orbitscan view results/bunny
+      orbitscan view results/ --most 20
+      orbitscan view results/bunny --screenshot bunny.png --at 7
     """
+    files, left_out = choose_files(what, most)
+    if screenshot is not None:
+        _save_picture(files[0], screenshot, size, at)
+        return
+    if at is not None:
+        raise InvalidOption(f"--at {at}", "is for pictures", "add --screenshot OUT.png, or leave it out")
+    if left_out:
+        typer.echo(f"{left_out} less bad sessions are left out: --most {most + left_out} opens them too, or name one.")
     import subprocess
 
-    files = _files_to_view(what)
-    try:
-        raise typer.Exit(subprocess.call(["rerun", *map(str, files)]))
-    except FileNotFoundError:
-        raise InvalidOption("rerun", "the viewer is not on the PATH", "activate the environment of orbitscan") from None
+    from processing.review.picture import find_viewer
+
+    # The viewer shows the last one that it is given, and lists all.
+    status = subprocess.call([str(find_viewer()), *(str(file) for file in reversed(files))])
+    raise typer.Exit(status if status >= 0 else _SIGNALLED - status)
+
+
+def compare(
+    a: Annotated[Path, typer.Argument(metavar="A", help="Results of a session or a batch: the old ones.")],
+    b: Annotated[Path, typer.Argument(metavar="B", help="Results of the same: the new ones.")],
+    rrd: Annotated[
+        Path | None, typer.Option(metavar="OUT.rrd", help="Write both side by side as a Rerun recording.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+) -> None:
+    """Compare two results: what changed, by how much, and whether B is worse by more than chance.
+
+    Sessions of batches are matched by name. An error changed where it did so by more than the views' own evidence can
+    tell; a status or a category, where it is another one. Exit status 1: B is worse somewhere, or lacks a session of A.
+
+    \b
+    Examples:
+      orbitscan compare before/ after/
+      orbitscan compare before/bunny after/bunny --rrd bunny.rrd
+    """
+    from processing.results.comparison import compare_folders
+    from processing.review.changes import conclude
+
+    found = compare_folders(a, b)
+    if as_json:
+        typer.echo(json.dumps({"verdict": conclude(found), "is_worse": found.is_worse, **_to_json(found)}, indent=1))
+    else:
+        typer.echo(conclude(found))
+        _print_changes(found)
+    if rrd is not None:
+        from processing.review.comparison import write_comparison
+
+        write_comparison(rrd, found, a, b)
+        typer.echo(f"Look at it: orbitscan view {rrd}", err=as_json)
+    raise typer.Exit(int(found.is_worse))
 
 
 def mount(app: typer.Typer) -> None:
     """Add the commands to an application."""
-    app.command()(view)
+    for command in (compare, view):
+        app.command()(command)
 
 
-def _files_to_view(what: Path) -> list[Path]:
+def choose_files(what: Path, most: int) -> tuple[list[Path], int]:
+    """What the viewer opens, the first thing to look at first, and how many of a batch's sessions are left out.
+
+    Raises InvalidOption where there is nothing.
+    """
     if what.is_file():
-        return [what]
-    reviews = [what / "review.rrd"] if (what / "review.rrd").is_file() else sorted(what.glob("*/review.rrd"))
-    if not reviews:
-        raise InvalidOption(what, "holds no review.rrd", "name a results folder, a .rrd or a .mcap")
-    return reviews
+        if what.suffix.lower() not in (".rrd", ".mcap"):
+            raise InvalidOption(what, "the viewer does not open it", "name a results folder, a .rrd or a .mcap")
+        return [what], 0
+    if (what / "review.rrd").is_file():
+        return [what / "review.rrd"], 0
+    summary = [what / "summary.rrd"] if (what / "summary.rrd").is_file() else []
+    rest = [path for path in sorted(what.glob("*.rrd")) if path not in summary]
+    sessions = [path.parent for path in what.glob("*/review.rrd") if path.parent.suffix != ".part"]
+    worst = sorted(sessions, key=_badness)
+    files = [*summary, *(folder / "review.rrd" for folder in worst[:most]), *rest]
+    if not files:
+        problem = "holds no .rrd" if what.is_dir() else "no such file or folder"
+        raise InvalidOption(what, problem, "name a results folder, a .rrd or a .mcap")
+    return files, max(0, len(worst) - most)
+
+
+def _badness(folder: Path) -> tuple[Any, ...]:
+    """Sorts sessions worst first: results that cannot be read, failed views of the best method, its largest error."""
+    from processing.results.files import read_results
+    from processing.results.records import METHODS
+
+    try:
+        reconstruction = read_results(folder)["reconstruction"]
+        summary = next(reconstruction[method]["summary"] for method in reversed(METHODS) if method in reconstruction)
+        return 1, -summary["failed_views"], -(summary["max_center_error_m"] or 0.0), folder.name
+    except (OSError, ValueError, KeyError, TypeError, StopIteration):
+        return 0, 0, 0.0, folder.name
+
+
+def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> None:
+    from processing.review.picture import take_picture
+
+    sides = size.split("x")
+    if len(sides) != 2 or not all(side.isdigit() and 200 <= int(side) <= 8000 for side in sides):
+        raise InvalidOption(f"--size {size}", "no size of a picture", "give pixels from 200 to 8000, such as 1920x1080")
+    reports = take_picture(recording, picture, size, at)
+    typer.echo(f"{picture}: {recording} as it opens; " + ("no view complains." if not reports else "views complain:"))
+    for report in reports:
+        typer.echo(f"  {report}", err=True)
+
+
+def _print_changes(found: Comparison) -> None:
+    """What else differs, the sessions of a batch, and the views that changed, worst first."""
+    from processing.review.changes import (
+        METHOD_HEADER,
+        SESSION_HEADER,
+        VIEW_HEADER,
+        list_notes,
+        method_rows,
+        session_rows,
+        view_rows,
+    )
+
+    for note in list_notes(found.sessions):
+        typer.echo(f"- {note}")
+    if len(found.sessions) == 1:
+        if not found.sessions[0].identical:
+            _print_table("Methods, A → B", METHOD_HEADER, method_rows(found.sessions[0]))
+    else:
+        rows = session_rows(session for session in found.sessions if session.verdict != "same")
+        _print_table("Sessions that changed, A → B by the best method", SESSION_HEADER, rows)
+    changed = [(session.name, view) for session in found.sessions for view in session.changed_views]
+    if changed:
+        header, names = VIEW_HEADER, [[] for _ in changed]
+        if len(found.sessions) > 1:
+            header, names = ("session", *VIEW_HEADER), [[name] for name, _ in changed]
+        rows = [(*name, *row) for name, row in zip(names, view_rows(view for _, view in changed), strict=True)]
+        _print_table("Views that changed, worst first, A → B", header, rows)
+        typer.echo("floors: the change over what may be chance, as the views' own evidence tells")
+
+
+def _print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    if not rows:
+        return
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for name in header:
+        narrow = name in ("view", "method", "verdict")
+        least = 12 if name == "status" else None  # as wide as the longest
+        table.add_column(Text(name), overflow="fold", no_wrap=narrow, min_width=least)  # Text: [mm] is no markup
+    for row in rows[:SHOWN_ROWS]:
+        table.add_row(*(Text(cell, style=_COLORS.get(cell, "")) for cell in row))
+    Console().print(table)
+    if len(rows) > SHOWN_ROWS:
+        typer.echo(f"and {len(rows) - SHOWN_ROWS} more: --json lists them all")
+
+
+def _to_json(value: Any) -> Any:
+    """Records as JSON has them; an infinite size (a change of status has none) is null."""
+    from dataclasses import fields, is_dataclass
+
+    if is_dataclass(value):
+        known = {field.name: _to_json(getattr(value, field.name)) for field in fields(value)}
+        return known | ({"verdict": value.verdict} if hasattr(value, "verdict") else {})
+    if isinstance(value, dict):
+        return {str(key): _to_json(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_to_json(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -46,7 +46,7 @@ def folder(tmp_path_factory):
 
 def environment(folder):
     path = os.pathsep.join([str(folder / "bin"), str(Path(sys.executable).parent), os.environ["PATH"]])
-    return os.environ | {"PATH": path, "HOME": str(folder)}
+    return os.environ | {"PATH": path, "HOME": str(folder), "RERUN_CLI_PATH": str(folder / "bin" / "rerun")}
 
 
 @pytest.mark.usefixtures("open3d")

@@ -1,11 +1,19 @@
-"""The command `view`: what it hands to the viewer."""
+"""The commands `view` and `compare`: what they open, print and exit with."""
 
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from processing.batch import Job, process_recording
+from processing.review.picture import NoViewer, open_viewer
+from recorder import mcap_file
+from tests.geometry import scan
+from tests.processing.results.test_comparison import change, copy
+from tests.viewer import find_reports
 
 ORBITSCAN = Path(sys.executable).with_name("orbitscan")
 
@@ -16,21 +24,110 @@ def run(*arguments, cwd, env=None):
     )
 
 
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """Results of a session, in a batch's folder."""
+    folder = tmp_path_factory.mktemp("done")
+    mcap_file.write(scan(n_views=3), folder / "blob.mcap")
+    outcome = process_recording(folder / "blob.mcap", Job(folder / "out"))
+    assert outcome.status == "done", outcome.message
+    return folder
+
+
 @pytest.fixture
-def folder(tmp_path):
-    """Files of the names that `process` writes."""
-    (tmp_path / "out" / "blob").mkdir(parents=True)
-    (tmp_path / "out" / "blob" / "review.rrd").write_bytes(b"")
-    (tmp_path / "blob.mcap").write_bytes(b"")
-    return tmp_path
-
-
-def test_view_hands_the_review_to_the_viewer(folder, tmp_path):
+def stub(tmp_path):
+    """In place of the viewer: it prints what it is given."""
     viewer = tmp_path / "rerun"
-    viewer.write_text('#!/bin/sh\necho "$@"\n')
+    viewer.write_text('#!/bin/sh\necho "$@"\nexit 3\n')
     viewer.chmod(0o755)
-    path = {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
-    assert "out/blob/review.rrd" in run("view", "out/blob", cwd=folder, env=path).stdout
-    assert "out/blob/review.rrd" in run("view", "out", cwd=folder, env=path).stdout
-    assert "blob.mcap" in run("view", "blob.mcap", cwd=folder, env=path).stdout
-    assert run("view", "nowhere", cwd=folder, env=path).returncode == 2
+    return {"RERUN_CLI_PATH": str(viewer)}
+
+
+def test_view_hands_what_there_is_to_the_viewer_and_its_exit_status_on(done, stub):
+    review = "out/blob/review.rrd"
+    for what, opened in (("out/blob", review), ("out", review), (review, review), ("blob.mcap", "blob.mcap")):
+        finished = run("view", what, cwd=done, env=stub)
+        assert (finished.stdout.strip(), finished.returncode) == (opened, 3), finished.stderr
+
+
+@pytest.mark.parametrize("what", ["nowhere", ".", "out/blob/errors.csv"])
+def test_what_cannot_be_viewed_is_told(done, what, tmp_path, stub):
+    finished = run("view", tmp_path / what if what == "." else what, cwd=done, env=stub)
+    assert finished.returncode == 2
+    assert len(finished.stderr.splitlines()) == 1
+
+
+def test_of_a_batch_the_summary_is_shown_and_the_worst_sessions_listed(done, tmp_path, stub):
+    for name, failed in (("fine", 0), ("worst", 2), ("worse", 1)):
+        copy(done / "out" / "blob", tmp_path / "batch" / name)
+        change(
+            tmp_path / "batch" / name,
+            lambda r, n=failed: r["reconstruction"]["refined"]["summary"].update(failed_views=n),
+        )
+    (tmp_path / "batch" / "summary.rrd").touch()
+    finished = run("view", "batch", "--most", "2", cwd=tmp_path, env=stub)
+    assert "1 less bad sessions are left out" in finished.stdout
+    opened = finished.stdout.splitlines()[-1].split()  # the last one is in front
+    assert opened == ["batch/worse/review.rrd", "batch/worst/review.rrd", "batch/summary.rrd"]
+
+
+def test_a_screenshot_needs_no_display(done, tmp_path):
+    picture = tmp_path / "blob.png"
+    finished = run("view", "out/blob", "--screenshot", picture, "--at", "1", "--size", "800x500", cwd=done)
+    if "mesa-vulkan-drivers" in finished.stderr:
+        pytest.skip("no Vulkan driver")
+    assert finished.returncode == 0, finished.stderr
+    assert "no view complains" in finished.stdout
+    assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["blob.png"]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--at", "1"], "is for pictures"),
+        (["--screenshot", "blob.jpg"], "a picture is a PNG"),
+        (["--screenshot", "nowhere/blob.png"], "its folder does not exist"),
+        (["--screenshot", "blob.png", "--size", "big"], "no size of a picture"),
+        (["--screenshot", "blob.png", "--at", "9"], "there are 0 to 2"),
+    ],
+)
+def test_wrong_options_of_view(done, options, says):
+    finished = run("view", "out/blob", *options, cwd=done)
+    assert finished.returncode == 2
+    assert says in finished.stderr
+
+
+def test_compare_exits_with_1_where_b_is_worse(done, tmp_path):
+    copy(done / "out" / "blob", tmp_path / "b")
+    assert run("compare", done / "out" / "blob", "b", cwd=tmp_path).returncode == 0
+
+    def fail(results):
+        results["reconstruction"]["refined"]["views"][2]["status"] = "low_overlap"
+
+    change(tmp_path / "b", fail)
+    worse = run("compare", done / "out" / "blob", "b", "--rrd", "changes.rrd", cwd=tmp_path)
+    assert worse.returncode == 1
+    assert "B is worse in 1 of 3 views by refined" in worse.stdout
+    assert "low_overlap" in worse.stdout
+    told = json.loads(run("compare", done / "out" / "blob", "b", "--json", cwd=tmp_path).stdout)
+    assert told["is_worse"]
+    assert told["sessions"][0]["verdict"] == "worse"
+    better = run("compare", "b", done / "out" / "blob", cwd=tmp_path)
+    assert (better.returncode, "nowhere worse; better in 1 of 3 views" in better.stdout) == (0, True)
+    try:
+        with open_viewer(tmp_path / "changes.rrd") as viewer:
+            assert len(viewer.get_state().views) == 7
+            assert find_reports(viewer) == []
+    except NoViewer as reason:
+        pytest.skip(str(reason))
+
+
+def test_compare_of_what_holds_no_results(done, tmp_path):
+    (tmp_path / "empty").mkdir()
+    for b in ("empty", "nowhere", done / "blob.mcap"):
+        finished = run("compare", done / "out" / "blob", b, cwd=tmp_path)
+        assert finished.returncode == 2
+        assert len(finished.stderr.splitlines()) == 1
+    mixed = run("compare", done / "out" / "blob", done / "out", cwd=tmp_path)
+    assert (mixed.returncode, "name two of a kind" in mixed.stderr) == (2, True)

@@ -1,0 +1,169 @@
+"""A recording as it opens, without a display: a headless Rerun viewer that loads it, complains, and is photographed."""
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import rerun_cli
+from rerun.experimental import ViewerClient
+
+from processing.review.entities import VIEW_TIMELINE
+from recorder.exceptions import InvalidOption, MissingLibrary, UnreadableRecording, UnwritableOutput
+
+SIZE = "1920x1080"
+SECONDS_TO_START = 20.0
+SECONDS_TO_LOAD = 60.0
+SECONDS_TO_SETTLE = 0.6  # legends and ranges of plots come a few frames after the data
+SECONDS_OF_NOTICES = 2.0  # the viewer tells for so long, in a corner, that it loaded something
+
+
+class NoViewer(MissingLibrary):
+    """The viewer does not start here."""
+
+
+def find_viewer() -> Path:
+    """The native viewer that comes with Rerun: what is on the PATH is a wrapper, which hides its exit status.
+
+    `RERUN_CLI_PATH` names another one, as it does for the wrapper.
+    """
+    folder = Path(rerun_cli.__file__).parent
+    bundled = folder / "Rerun.app" / "Contents" / "MacOS" / "Rerun"
+    plain = folder / ("rerun.exe" if sys.platform == "win32" else "rerun")
+    viewer = Path(os.environ.get("RERUN_CLI_PATH") or (bundled if bundled.is_file() else plain))
+    if not viewer.is_file():
+        raise NoViewer(viewer, "the Rerun viewer is not there", "install rerun-sdk again")
+    return viewer
+
+
+def take_picture(recording: Path, picture: Path, size: str = SIZE, view: int | None = None) -> list[str]:
+    """Save what the viewer shows of a recording as a PNG, whole or not at all; the answer is what it complains of.
+
+    The cursor is where the recording opens, or at the recorded `view`. Raises NoViewer, UnwritableOutput and
+    InvalidOption.
+    """
+    if picture.suffix.lower() != ".png":
+        raise UnwritableOutput(picture, "a picture is a PNG", "let its name end with .png")
+    if not picture.parent.is_dir():
+        raise UnwritableOutput(picture, "its folder does not exist", "make the folder, or name another")
+    if view is not None:
+        _check_view(recording, view)
+    part = picture.with_name(f"{picture.stem}.part.png")
+    try:
+        with open_viewer(recording, size) as viewer:
+            if view is not None:
+                viewer.set_time(VIEW_TIMELINE, sequence=view, play_state="paused")
+            time.sleep(SECONDS_OF_NOTICES)
+            viewer.save_screenshot(str(part.resolve()))
+            reports = find_reports(viewer)
+        part.replace(picture)
+    except OSError as error:
+        raise UnwritableOutput(picture, f"cannot be written ({error.strerror})", "choose another place") from None
+    finally:
+        part.unlink(missing_ok=True)
+    return reports
+
+
+@contextmanager
+def open_viewer(recording: Path, size: str = SIZE) -> Iterator[ViewerClient]:
+    """A client of a headless viewer that has loaded `recording`; the viewer ends with the block.
+
+    Raises NoViewer where none starts, and UnreadableRecording where it does not load.
+    """
+    port = _free_port()
+    command = [str(find_viewer()), "--headless", "--hide-welcome-screen", "--bind", "127.0.0.1", "--port", str(port)]
+    with TemporaryDirectory() as scratch:
+        process = subprocess.Popen(
+            [*command, "--window-size", size],
+            env={**os.environ, "RUST_LOG": "error", "TMPDIR": scratch},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            viewer = _connect(process, port)
+            viewer.open(str(recording.resolve()))
+            deadline = time.monotonic() + SECONDS_TO_LOAD
+            while viewer.get_state().loading:
+                if time.monotonic() > deadline:
+                    problem = f"the viewer does not load it in {SECONDS_TO_LOAD:.0f} s"
+                    raise UnreadableRecording(recording, problem, "open it with 'orbitscan view' and see why")
+                time.sleep(0.1)
+            time.sleep(SECONDS_TO_SETTLE)
+            yield viewer
+        finally:
+            process.terminate()
+            process.wait(timeout=10)
+
+
+def find_reports(viewer: ViewerClient) -> list[str]:
+    """What any view warns of or could not draw, hidden tabs included, and the errors the viewer itself logged."""
+    reports = []
+    for tab in range(_count_tabs(viewer)):
+        show_tab(viewer, tab)
+        reports += [
+            f"{view.name}: {r.severity}: {r.summary}" for view in viewer.get_state().views for r in view.reports
+        ]
+    reports += [entry.message for entry in viewer.get_logs() if entry.level == "ERROR"]
+    return list(dict.fromkeys(reports))
+
+
+def show_tab(viewer: ViewerClient, tab: int) -> None:
+    """Brings the tab of that number (from 0; the last one where there are fewer) to the front in every tab strip."""
+    shown = viewer.get_blueprint()
+    strips = _tab_strips(shown.blueprint)
+    for strip in strips:
+        strip["active_tab"] = strip["contents"][min(tab, len(strip["contents"]) - 1)]
+    if strips:
+        viewer.set_blueprint(shown.blueprint, store_id=shown.store_id)
+    time.sleep(SECONDS_TO_SETTLE)
+
+
+def _check_view(recording: Path, view: int) -> None:
+    """Raises InvalidOption where nothing is recorded at a view."""
+    from rerun.chunk import RrdReader
+
+    views: set[int] = set()
+    if recording.suffix.lower() == ".rrd":
+        for chunk in RrdReader(recording).stream():
+            if VIEW_TIMELINE in chunk.timeline_names:
+                views.update(chunk.to_record_batch().column(VIEW_TIMELINE).to_pylist())
+    if view not in views:
+        remedy = f"there are {min(views)} to {max(views)}" if views else "leave it out: the recording has no views"
+        raise InvalidOption(f"--at {view}", "no such view in the recording", remedy)
+
+
+def _count_tabs(viewer: ViewerClient) -> int:
+    return max((len(strip["contents"]) for strip in _tab_strips(viewer.get_blueprint().blueprint)), default=1)
+
+
+def _tab_strips(blueprint: dict[str, Any]) -> list[dict[str, Any]]:
+    containers = [parts["ContainerBlueprint"] for parts in blueprint.values() if "ContainerBlueprint" in parts]
+    return [c for c in containers if c["container_kind"] == "Tabs" and isinstance(c["contents"], list)]
+
+
+def _connect(process: subprocess.Popen, port: int) -> ViewerClient:
+    deadline = time.monotonic() + SECONDS_TO_START
+    while process.poll() is None and time.monotonic() < deadline:
+        try:
+            viewer = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+            viewer.get_state()
+            return viewer
+        except Exception:
+            time.sleep(0.1)
+    raise NoViewer(
+        "the viewer",
+        "does not start without a display here: it finds no Vulkan driver",
+        "on Debian and Ubuntu: apt install mesa-vulkan-drivers libvulkan1",
+    )
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
