@@ -19,15 +19,16 @@ from recorder.exceptions import InvalidOption, ProcessingFailed, UnwritableOutpu
 LIFETIME = 24  # recordings of a worker: rerun keeps some megabytes of each, which only the process's end frees
 
 
-def process_all(recordings: Sequence[Path], job: Job, workers: int = 1) -> Iterator[Outcome]:
+def process_all(recordings: Sequence[Path], job: Job, workers: int = 1, *, isolated: bool = True) -> Iterator[Outcome]:
     """An Outcome for each recording as it is ready; with several workers in the order they finish.
 
-    One that fails does not stop the others, nor does one whose worker dies (out of memory, a crash in a library).
-    Raises UnwritableOutput, and InvalidOption where another process is writing into the same results.
+    One that fails does not stop the others, nor does one whose worker dies (out of memory, a crash in a library). Not
+    `isolated`, one worker is this process: it begins at once, and a crash is its own. Raises UnwritableOutput, and
+    InvalidOption where another process is writing into the same results.
     """
     with _only_writer(job.results):
-        if len(recordings) == 1:
-            yield process_recording(recordings[0], job)
+        if len(recordings) == 1 or (workers == 1 and not isolated):
+            yield from (process_recording(path, job) for path in recordings)
             return
         dead: list[Path] = []
         for start in range(0, len(recordings), LIFETIME * workers):

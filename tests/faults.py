@@ -125,7 +125,8 @@ def small_disk(folder: Path, kilobytes: int) -> Iterator[Path]:
 def fill_disk(work: Path, kilobytes: Sequence[int]) -> None:
     """A batch of three sessions onto disks of several sizes: whatever fits is whole, the rest is told in a sentence."""
     names = record(work / "recordings", 3)
-    finish(start(work / "recordings", work / "undisturbed", "--model", "none"))
+    if not (work / "undisturbed").exists():
+        finish(start(work / "recordings", work / "undisturbed", "--model", "none"))
     for size in kilobytes:
         with small_disk(work / f"disk_{size}", size) as disk:
             batch = start(work / "recordings", disk / "results", "--model", "none")

@@ -119,7 +119,8 @@ def run_all(plan: Plan) -> list[Run]:
         _record(circle, path)
     for way in WAYS:
         job = Job(plan.folder / "registration" / way.folder, "all", way.methods, way.settings, model=None)
-        for outcome in plan.progress(process_all(paths, job, plan.workers), len(paths), f"Registering by {way.folder}"):
+        outcomes = process_all(paths, job, plan.workers, isolated=False)
+        for outcome in plan.progress(outcomes, len(paths), f"Registering by {way.folder}"):
             if outcome.error is not None:
                 raise outcome.error
     return list(_read_all(plan, circles))

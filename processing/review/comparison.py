@@ -39,7 +39,7 @@ def write_comparison(path: Path, found: Comparison, a: Path, b: Path) -> None:
 
     Sessions that changed are shown, or the only one. Raises UnwritableOutput.
     """
-    batch = len(found.sessions) > 1
+    batch = not (a / "results.json").is_file()
     sessions = [s for s in found.sessions if s.verdict != "same"][:SHOWN_SESSIONS] if batch else list(found.sessions)
     runs = {s.name: [read_run(side / s.name if batch else side) for side in (a, b)] for s in sessions}
     size = sum(_POINT_BYTES * len(run.model) for pair in runs.values() for run in pair if run.model is not None)
