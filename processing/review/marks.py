@@ -14,6 +14,7 @@ from processing.review.wording import name_gap
 
 DASHES = 24  # of the axis of a free motion
 ARC_STEP_DEG = 3.0
+SCALE_ASIDE = 1.0  # of a scale of colours, in object diameters
 FREE_WORDS = {"turn": "nothing tells a turn about this axis", "shift": "nothing tells a shift along this line"}
 
 
@@ -24,9 +25,9 @@ def draw_label(position: np.ndarray, text: str) -> rr.Points3D:
 
 def draw_scale(shading: Shading, scene: Scene) -> tuple[rr.Points3D, rr.Points3D]:
     """A column of coloured dots at the object's left, much above little; words beside them, their meaning above."""
-    places = scene.center - 1.15 * scene.diameter * scene.beside()
+    place = scene.center - SCALE_ASIDE * scene.diameter * scene.beside()
     heights = np.linspace(-0.45, 0.45, len(shading.scale))
-    column = places + heights[:, None] * scene.diameter * scene.up
+    column = place + heights[:, None] * scene.diameter * scene.up
     colors, words = zip(*shading.scale, strict=True)
     dots = rr.Points3D(column, colors=colors, radii=-8.0)
     texts = np.vstack([column, column[-1] + 0.2 * scene.diameter * scene.up])
@@ -77,17 +78,12 @@ def draw_freedom(freedom: Freedom, scene: Scene) -> tuple[rr.LineStrips3D, rr.Po
     return lines, draw_label(1.1 * dots[0] - 0.1 * scene.center, FREE_WORDS[freedom.kind])
 
 
-def draw_gap(gap: Gap, coverage: Coverage, sensors: np.ndarray, scene: Scene) -> tuple[rr.LineStrips3D, rr.Points3D]:
-    """An arc of azimuths that no view covers, on the circle that sensors (N, 3) stand on, with its ends; its label."""
-    axis = coverage.up
-    foot = scene.foot(axis, coverage.center)
-    away = sensors - foot
-    heights = away @ axis
-    radius = float(np.linalg.norm(away - heights[:, None] * axis, axis=1).mean())
-    middle = foot + heights.mean() * axis
-    degrees = np.linspace(gap.start_deg, gap.end_deg, max(2, round((gap.end_deg - gap.start_deg) / ARC_STEP_DEG)))
+def draw_gap(gap: Gap, coverage: Coverage, scene: Scene) -> tuple[rr.LineStrips3D, rr.Points3D]:
+    """An arc of azimuths that no view covers, about the object's foot as on a compass, with its ends; its label."""
+    middle = scene.foot(coverage.up, coverage.center) - 0.4 * scene.diameter * coverage.up
+    radius = 0.95 * scene.diameter
+    degrees = np.linspace(gap.start_deg, gap.end_deg, max(3, round((gap.end_deg - gap.start_deg) / ARC_STEP_DEG)))
     arc = middle + radius * coverage.toward(degrees)
-    ends = [np.stack([middle + 0.85 * (end - middle), end]) for end in (arc[0], arc[-1])]
+    ends = [np.stack([middle + 0.7 * (end - middle), end]) for end in (arc[0], arc[-1])]
     lines = rr.LineStrips3D([arc, *ends], colors=entities.GAP_COLOR, radii=-2.0)
-    center = middle + radius * coverage.toward(np.array([(gap.start_deg + gap.end_deg) / 2]))[0]
-    return lines, draw_label(center, name_gap(gap.start_deg, gap.end_deg))
+    return lines, draw_label(arc[len(arc) // 2], name_gap(gap.start_deg, gap.end_deg))

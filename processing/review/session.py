@@ -207,9 +207,8 @@ class SessionReview:
         for number, freedom in enumerate(best.freedoms[:SHOWN_FREEDOMS]):
             self._log_marked(f"/free/{number:02d}", *marks.draw_freedom(freedom, self._scene))
         if coverage is not None:
-            sensors = np.array(list(self._placed.sensors(best.views).values()))
             for number, gap in enumerate(coverage.gaps[:SHOWN_GAPS]):
-                self._log_marked(entities.gap_path(number), *marks.draw_gap(gap, coverage, sensors, self._scene))
+                self._log_marked(entities.gap_path(number), *marks.draw_gap(gap, coverage, self._scene))
 
     def _send_layout(self, result: SessionResult, best: MethodResult) -> None:
         drawn = self._placed.sensors(best.views) if self._scene is not None else {}

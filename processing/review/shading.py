@@ -36,7 +36,7 @@ def shade_views(found: MethodResult) -> Shading | None:
     else:
         places = {view: -pair.confidence for view, pair in strongest(found.pairs).items()}
         stops, words = -np.array(CONFIDENCE_STEPS), [number(step) for step in CONFIDENCE_STEPS]
-        quantity, meaning = "confidence", "confidence, for want of ground truth"
+        quantity, meaning = "confidence", "confidence (no ground truth)"
     if not places:
         return None
     colors = {view.view: entities.PLAIN_COLOR for view in found.views}

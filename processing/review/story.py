@@ -82,7 +82,7 @@ def _conclude(
     if pair is not None:
         text += f" Against view {pair.target}, confidence {number(pair.confidence)}."
         text += "".join(f" {sentence}." for sentence in describe_free_motions(pair))
-    elif estimate.T_0_i is not None and np.array_equal(estimate.T_0_i, np.eye(4)):
+    elif estimate.T_0_i is not None and np.allclose(estimate.T_0_i, np.eye(4), atol=1e-9):
         text += " All others are placed in its frame."
     yield from ("", text)
     if lesser:
@@ -96,9 +96,9 @@ def _funnel(methods: Sequence[str], placing: Mapping[str, PairEstimate | None]) 
             e = pair.evidence
             counts = (e.points, e.keypoints, e.valid_frames, e.matches, e.inliers)
             shares = (percent(e.overlap), in_mm(e.rmse_m), number(e.misfit), percent(e.violations), percent(e.unseen))
-            rows.append([method, f"{pair.target}", *map(count, counts), *shares, pair.status])
-    header = ["by", "against view", "points", "keypoints", "valid frames", "matches", "inliers", "overlap"]
-    header += ["residual [mm]", "misfit [σ]", "in front", "unseen", "status of the pair"]
+            rows.append([method, pair.status, f"{pair.target}", *map(count, counts), *shares])
+    header = ["by", "its pair is", "against view", "points", "keypoints", "valid frames", "matches", "inliers"]
+    header += ["overlap", "residual [mm]", "misfit [σ]", "in front", "unseen"]
     return write_table(header, rows)
 
 

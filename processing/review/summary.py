@@ -1,4 +1,4 @@
-"""A session's summary: what its best method places, what the object is, what turned it, what is unsure and wrong."""
+"""A session's summary: what its best method places, what is wrong, what the object is, what turned it."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -52,16 +52,6 @@ def summarize(result: SessionResult, methods: Sequence[str], coverage: Coverage 
     best = methods[-1]
     found = result.reconstruction[best]
     lines = [f"## {result.info.name}", "", f"**{conclude(result, best)}**", "", *tabulate_methods(result, methods), ""]
-    if shown := describe_classification(result):
-        lines += [shown, ""]
-    if result.turntable is not None:
-        lines += [describe_turntable(result.turntable), ""]
-    if coverage is not None:
-        lines += [describe_coverage(coverage, result.turntable is not None), ""]
-    if free := describe_freedoms(found, _step_was_given(result)):
-        lines += [free, ""]
-    if dropped := len(left_out(found)):
-        lines += [f"{dropped} of {len(found.pairs)} pairs are left out of the graph: see the log.", ""]
     if failed := _worst_first(found):
         names = dict(zip(result.views_used, result.view_names, strict=True))
         pairs = strongest(found.pairs)
@@ -72,6 +62,16 @@ def summarize(result: SessionResult, methods: Sequence[str], coverage: Coverage 
         if len(failed) > SHOWN_FAILURES:
             lines.append(f"- and {len(failed) - SHOWN_FAILURES} more: see the log")
         lines.append("")
+    if shown := describe_classification(result):
+        lines += [shown, ""]
+    if result.turntable is not None:
+        lines += [describe_turntable(result.turntable), ""]
+    if coverage is not None:
+        lines += [describe_coverage(coverage, result.turntable is not None), ""]
+    if free := describe_freedoms(found, _step_was_given(result)):
+        lines += [free, ""]
+    if best == "refined" and (dropped := len(left_out(found))):
+        lines += [f"{dropped} of {len(found.pairs)} pairs are left out of the graph: see the log.", ""]
     lines.append(f"{LEGEND} {GRAPH_LEGEND}" if best == "refined" else LEGEND)
     if model := result.model:
         lines.append(f"Model: {len(model.points):,} points by {model.method}, {len(model.removed):,} outliers removed.")

@@ -1,5 +1,6 @@
 """Results as the processing gives them, of a few views of a bumpy sphere, and their review."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -165,8 +166,20 @@ def make_info(views: int) -> SessionInfo:
 
 def write_review(path: Path, with_truth: bool = True, **options: int) -> Results:
     views, session = make_results(with_truth=with_truth, **options)
-    with SessionReview(path, make_info(len(views)), METHODS, true_poses(len(views)) if with_truth else {}) as review:
+    return review_results(path, (views, session), truth=true_poses(len(views)) if with_truth else {})
+
+
+def review_results(
+    path: Path,
+    results: Results,
+    methods: Sequence[str] = METHODS,
+    truth: Mapping[int, np.ndarray] | None = None,
+    **options: str,
+) -> Results:
+    """Writes results to `path` as a run does, view by view, and gives them back."""
+    views, session = results
+    with SessionReview(path, session.info, methods, truth, **options) as review:
         for result in views:
             review.add_view(result)
         review.add_session(session)
-    return views, session
+    return results

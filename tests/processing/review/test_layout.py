@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 import rerun as rr
 import rerun.blueprint as rrb
+from matplotlib.image import imread
 
+from processing.review import entities
 from processing.review.scene import Scene
+from processing.review.shading import shade_views
 from tests import viewer
-from tests.processing.review.made_results import write_review
+from tests.processing.review.made_results import make_results, write_review
 
 
 def test_frustum_of_a_range_scanner_stands_nearer():
@@ -31,6 +34,30 @@ def test_viewer_draws_everything(with_truth, tmp_path):
     assert {"Summary", "View", "Log"} <= names
     assert ("Translation error [mm]" in names) == with_truth
     assert ("by error" in names, "by confidence" in names) == (with_truth, not with_truth)
+
+
+def test_colours_by_error_and_by_view_take_the_place_of_those_captured(tmp_path):
+    write_review(tmp_path / "review.rrd", colored=True)
+    blue = shade_views(make_results()[1].reconstruction["refined"]).colors[2]  # a hundredth of a millimetre off
+    shares = []
+    try:
+        with viewer.open_viewer(tmp_path / "review.rrd", size="960x540") as client:
+            for tab, name in enumerate(("refined, as captured", "by view", "by error")):
+                viewer.show_tab(client, tab)
+                (shown,) = [view for view in client.get_state().views if view.name == name]
+                client.save_screenshot(str(tmp_path / "shot.png"), view_id=shown.view_id)
+                pixels = 255 * imread(tmp_path / "shot.png")[:, :, :3]
+                shares.append([_share(pixels, color) for color in (entities.view_color(2, 5), blue)])
+    except viewer.NoViewer as reason:
+        pytest.skip(str(reason))
+    assert np.array_equal(np.array(shares) > 0.001, [[False, False], [True, False], [False, True]]), shares
+
+
+def _share(pixels: np.ndarray, color: entities.Color) -> float:
+    """The share of pixels of a hue: that of points, which the viewer shades."""
+    bright = pixels.max(axis=2, keepdims=True)
+    off = np.abs(pixels / np.maximum(bright, 1) - np.array(color) / max(color)).max(axis=2)
+    return float(((off < 0.06) & (bright[..., 0] > 0.75 * max(color))).mean())
 
 
 def test_viewer_helper_finds_what_cannot_be_drawn(tmp_path):

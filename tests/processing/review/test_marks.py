@@ -7,6 +7,7 @@ import pytest
 
 from processing.results.records import METHODS
 from processing.review import entities
+from processing.review.scene import Scene
 from processing.review.session import SessionReview
 from recorder.objects.mesh import Mesh
 from tests.processing.review.made_results import AXIS, CENTER, make_info, make_results
@@ -68,3 +69,29 @@ def test_matches_are_drawn_between_two_clouds(reviewed):
     strips = read_rows(path, "/pairs/**", "LineStrips3D:strips")
     assert len(strips["/pairs/000_001/inliers"][1]) == 40
     assert len(strips["/pairs/000_001/matches"][1]) == 50
+
+
+def test_a_gap_is_an_arc_of_its_azimuths_about_the_foot(reviewed):
+    strips = read_rows(reviewed[0], "/coverage/**", "LineStrips3D:strips")
+    assert list(strips) == ["/coverage/gap_00"]
+    arc = np.array(strips["/coverage/gap_00"][-1][0])
+    away = arc - CENTER
+    away -= (away @ AXIS)[:, None] * AXIS
+    assert np.allclose(np.linalg.norm(away, axis=1), np.linalg.norm(away[0]), rtol=1e-5)
+    first = -CENTER - (-CENTER @ AXIS) * AXIS  # camera 0 stands at 0 degrees
+    azimuth = np.degrees(np.arctan2(away @ np.cross(AXIS, first), away @ first)) % 360
+    assert azimuth[0] == pytest.approx(40, abs=0.1)  # the third view's, the last that is ok
+    assert (azimuth[-1] + 180) % 360 == pytest.approx(180, abs=0.1)
+    assert np.all(np.diff(azimuth[:-1]) > 0)
+    (label,) = read_rows(reviewed[0], "/coverage/gap_00/label", "Points3D:labels")["/coverage/gap_00/label"][-1]
+    assert label == "no view between 40° and 360°"
+
+
+def test_the_scale_of_colours_has_words_beside_its_dots(reviewed):
+    dots = read_rows(reviewed[0], "/scale", "Points3D:positions")["/scale"][-1]
+    words = read_rows(reviewed[0], "/scale/label", "Points3D:labels")["/scale/label"][-1]
+    assert words[:5] == ["0.01 mm", "0.1 mm", "1 mm", "10 mm", "100 mm"]
+    assert words[-1] == "error of the object's centre"
+    assert len(dots) == len(words) - 1
+    height = np.array(dots) @ Scene.around(reviewed[1][0][0].points, 30.0, None).up
+    assert np.all(np.diff(height) > 0)  # much above little

@@ -20,6 +20,7 @@ from tests.processing.review.made_results import (
     STREAMED,
     make_info,
     make_results,
+    review_results,
     true_poses,
     write_review,
 )
@@ -122,6 +123,13 @@ def test_recording_names_itself_and_carries_its_layout(reviewed):
     assert len(reader.blueprints()) == 2  # while it grows, and at the end, which the viewer takes
 
 
+def test_an_identity_tells_sessions_of_one_name_apart(tmp_path):
+    for identity in ("a1", "b2"):
+        review_results(tmp_path / f"{identity}.rrd", make_results(), identity=identity)
+    found = [RrdReader(tmp_path / f"{identity}.rrd").recordings()[0] for identity in ("a1", "b2")]
+    assert [recording.recording_id for recording in found] == [f"orbitscan-bumpy_sphere-{i}" for i in ("a1", "b2")]
+
+
 def test_without_truth_there_are_no_errors(tmp_path):
     write_review(tmp_path / "review.rrd", with_truth=False)
     content = {chunk.entity_path for chunk in RrdReader(tmp_path / "review.rrd").stream()}
@@ -187,5 +195,17 @@ def test_no_cloud_is_kept(tmp_path):
 
 
 def test_size_is_bounded(tmp_path):
-    write_review(tmp_path / "large.rrd", views=18, points=30_000, colored=True)
+    views, session = make_results(views=18, points=30_000, colored=True)
+    whole = np.concatenate([view.points for view in views])  # a model as large as all views together
+    model = replace(session.model, points=whole, colors=np.full(whole.shape, 90, np.uint8))
+    review_results(tmp_path / "large.rrd", (views, replace(session, model=model)), truth=true_poses(18))
     assert (tmp_path / "large.rrd").stat().st_size < 50e6
+
+
+def test_a_cloud_is_in_the_file_once(tmp_path):
+    sizes = []
+    for points in (5000, 25_000):
+        write_review(tmp_path / "review.rrd", points=points, colored=True)
+        sizes.append((tmp_path / "review.rrd").stat().st_size)
+    more = (sizes[1] - sizes[0]) / (4 * 20_000)  # the fifth view has no points
+    assert 16 <= more < 25  # 12 bytes of coordinates, 4 of colour, a quarter of both in the model
