@@ -9,6 +9,7 @@ scanning again. Views that are not ok claim nothing about their pose: of them th
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,15 @@ from processing.results.changes import (
     ViewComparison,
 )
 from processing.results.records import METHODS
-from processing.results.run import MAKE_AGAIN, Run, content, describe_differences, find_sessions, read_run
+from processing.results.run import (
+    MAKE_AGAIN,
+    Run,
+    content,
+    describe_differences,
+    find_sessions,
+    read_run,
+    same_recording,
+)
 from processing.results.uncertainty import ROUNDING, Extent, scale_of_errors, view_deviations
 from recorder import poses
 from recorder.exceptions import InvalidOption, UnreadableRecording
@@ -48,7 +57,8 @@ def compare_folders(a: Path, b: Path) -> Comparison:
     common = [name for name in in_a if name in in_b]
     if not common:
         raise InvalidOption(b, f"has no session of the name of one in {a}", "compare results of the same recordings")
-    sessions = [_compare_paths(in_a[name], in_b[name]) for name in common]
+    # By the folder's name: a recording's file may be called otherwise than what it holds.
+    sessions = [replace(_compare_paths(in_a[name], in_b[name]), name=name) for name in common]
     sessions.sort(key=lambda s: (VERDICTS.index(s.verdict), -s.count(s.verdict), s.name))
     return Comparison(
         tuple(sessions),
@@ -109,7 +119,9 @@ def _compare_method(method: str, a: Run, b: Run) -> list[ViewComparison]:
         for of, q in zip((of_a, of_b), radii, strict=True):
             for view, deviation in view_deviations(of["pairs"], a.origin, q).items():
                 sigma[view] = min(sigma.get(view, math.inf), min(scales) * deviation)
-    return [_compare_view(method, in_a[v["view"]], v, sigma, extent) for v in of_b["views"] if v["view"] in in_a]
+    found = [_compare_view(method, in_a[v["view"]], v, sigma, extent) for v in of_b["views"] if v["view"] in in_a]
+    # A camera that stands elsewhere in another recording has not moved.
+    return found if same_recording(a, b) else [_without_motion(view) for view in found]
 
 
 def _compare_view(
@@ -138,6 +150,12 @@ def _compare_view(
         size = max(moved_m, math.radians(moved_deg) * extent.lever) / floor if floor is not None else 0.0
         verdict = "changed" if size > 1 else "same"
     return ViewComparison(method, view, a["status"], b["status"], errors, moved_m, moved_deg, floor, verdict, size)
+
+
+def _without_motion(view: ViewComparison) -> ViewComparison:
+    verdict = "same" if view.verdict == "changed" and view.status_a == view.status_b else view.verdict
+    size = view.size if view.errors or verdict != "same" else 0.0
+    return replace(view, moved_m=None, moved_deg=None, verdict=verdict, size=size)
 
 
 def _floors(floor_m: float, extent: Extent, place: np.ndarray) -> dict[str, float]:

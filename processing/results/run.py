@@ -66,6 +66,11 @@ def read_run(folder: Path) -> Run:
     return Run(folder, results, extent, model, colors, seconds)
 
 
+def same_recording(a: Run, b: Run) -> bool:
+    """Whether both were made from one recording, to the byte."""
+    return a.results["key"]["input_sha256"] == b.results["key"]["input_sha256"]
+
+
 def content(run: Run) -> dict[str, Any]:
     """The results but for where the recording was."""
     return {**run.results, "input": {**run.results["input"], "path": None}}
@@ -74,8 +79,11 @@ def content(run: Run) -> dict[str, Any]:
 def describe_differences(a: Run, b: Run) -> Iterator[str]:
     """What else differs between two runs than what came out, a phrase each."""
     keys = [run.results["key"] for run in (a, b)]
-    if keys[0]["input_sha256"] != keys[1]["input_sha256"]:
-        yield "another recording: differences may be of the input"
+    names = [run.results["session"]["name"] for run in (a, b)]
+    if names[0] != names[1]:
+        yield f"session: {names[0]} in A, {names[1]} in B"
+    if not same_recording(a, b):
+        yield "another recording: differences may be of the input; poses are compared by their errors alone"
     rest = [{name: value for name, value in key.items() if name not in ("input_sha256", "settings")} for key in keys]
     for name in (name for name in rest[1] if rest[0].get(name) != rest[1][name]):
         label = "model" if name == "model_sha256" else name
@@ -84,7 +92,7 @@ def describe_differences(a: Run, b: Run) -> Iterator[str]:
     settings = [dict(_flatten(key["settings"])) for key in keys]
     differing = [name for name in settings[1] | settings[0] if settings[0].get(name) != settings[1].get(name)]
     for name in differing[:SHOWN_SETTINGS]:
-        yield f"settings: {name} = {settings[0].get(name)} in A, {settings[1].get(name)} in B"
+        yield f"settings: {name} = {_brief(settings[0].get(name))} in A, {_brief(settings[1].get(name))} in B"
     if len(differing) > SHOWN_SETTINGS:
         yield f"settings: {len(differing) - SHOWN_SETTINGS} more differ"
     if keys[0] == keys[1]:
@@ -114,4 +122,6 @@ def _flatten(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[st
 def _brief(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(map(str, value))
+    if isinstance(value, float):
+        return f"{value:.6g}"
     return f"{value[:8]}..." if isinstance(value, str) and len(value) == 64 else str(value)

@@ -16,7 +16,14 @@ FLOOR_WORDS = (
 )
 SESSION_HEADER = ("session", "verdict", "worse", "changed", "better", "not ok", "taken for", "seconds")
 METHOD_HEADER = ("method", "not ok", "largest centre error [mm]", "seconds")
+BRIEF_HEADER = ("view", "method", "verdict", "status", "largest change", "floors")
 VIEW_HEADER = ("view", "method", "verdict", "status", "transl. [mm]", "chordal", "centre [mm]", "moved [mm]", "floors")
+
+_ERRORS = {  # name -> in words, its factor to the unit shown, the unit
+    "translation_error_m": ("translation", 1e3, " mm"),
+    "rotation_error_chordal": ("chordal", 1.0, ""),
+    "center_error_m": ("centre", 1e3, " mm"),
+}
 
 
 def conclude(found: Comparison) -> str:
@@ -97,7 +104,22 @@ def view_rows(views: Iterable[ViewComparison]) -> list[tuple[str, ...]]:
             _cell(view.errors.get("rotation_error_chordal")),
             _cell(view.errors.get("center_error_m"), 1e3),
             in_mm(view.moved_m),
-            f"{view.size:.1f}" if view.floor_m is not None else "",
+            _floors(view),
+        )
+        for view in views
+    ]
+
+
+def brief_rows(views: Iterable[ViewComparison]) -> list[tuple[str, ...]]:
+    """The cells of BRIEF_HEADER, for a terminal: of the errors the one that changed most, in floors."""
+    return [
+        (
+            str(view.view),
+            view.method,
+            view.verdict,
+            _change(view.status_a, view.status_b),
+            _largest(view),
+            _floors(view),
         )
         for view in views
     ]
@@ -140,6 +162,18 @@ def _change(a: str, b: str) -> str:
 
 def _both(values: tuple[float, float] | None, factor: float = 1.0) -> str:
     return "" if values is None else _change(*(number(factor * value) for value in values))
+
+
+def _floors(view: ViewComparison) -> str:
+    return f"{view.size:.1f}" if view.floor_m is not None else ""
+
+
+def _largest(view: ViewComparison) -> str:
+    if view.errors:
+        name, changed = max(view.errors.items(), key=lambda item: (item[1].verdict == view.verdict, item[1].size))
+        words, factor, unit = _ERRORS[name]
+        return f"{words} {_both((changed.a, changed.b), factor)}{unit}"
+    return "" if view.moved_m is None else f"moved {in_mm(view.moved_m)} mm"
 
 
 def _cell(difference: Difference | None, factor: float = 1.0) -> str:

@@ -74,6 +74,12 @@ def _log_session(stream: rr.RecordingStream, session: SessionComparison, a: Run,
         moved = {v.view: 1e3 * v.moved_m for v in session.views if v.method == method and v.moved_m is not None}
         path = f"{origin}/{_MOVED[0]}/{method}"
         _log_curve(stream, path, method, entities.METHOD_COLORS[method], moved)
+    if session.methods:
+        best = list(session.methods)[-1]
+        known = {v.view: v.floor_m for v in session.views if v.method == best and v.floor_m is not None}
+        floors = {view: 1e3 * floor for view, floor in known.items() if floor > ROUNDING}  # the first view has none
+        path = f"{origin}/{_MOVED[0]}/floor"
+        _log_curve(stream, path, f"chance, {best}", entities.ENTROPY_COLOR, floors)
 
 
 def _errors(views: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, dict[int, float]]]:
@@ -134,7 +140,9 @@ def _lay_out_session(name: str, a: Run, b: Run) -> rrb.Vertical:
     words = rrb.TextDocumentView(origin=f"{origin}/words", name="What changed")
     above = [rrb.Horizontal(*models)] if models else []
     return rrb.Vertical(
-        *above, rrb.Horizontal(rrb.Grid(*plots, grid_columns=2), words, column_shares=[3, 2]), name=name
+        *above,
+        rrb.Horizontal(rrb.Grid(*plots, grid_columns=min(2, len(plots))), words, column_shares=[3, 2]),
+        name=name,
     )
 
 

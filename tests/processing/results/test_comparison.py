@@ -115,12 +115,14 @@ def test_statuses_are_worth_what_they_claim(pair):
     shutil.rmtree(wrong)
 
 
-def test_without_truth_a_motion_is_neither_better_nor_worse(pair):
-    def forget(results):
-        for method in results["reconstruction"].values():
-            for entry in (*method["views"], *method["pairs"]):
-                entry.update({key: None for key in entry if "error" in key})
+def forget(results):
+    """Take out what only the truth tells."""
+    for method in results["reconstruction"].values():
+        for entry in (*method["views"], *method["pairs"]):
+            entry.update({key: None for key in entry if "error" in key})
 
+
+def test_without_truth_a_motion_is_neither_better_nor_worse(pair):
     copy(pair[0], pair[1].parent / "a")
     untrue = (pair[1].parent / "a", pair[1])
     for folder in untrue:
@@ -131,6 +133,19 @@ def test_without_truth_a_motion_is_neither_better_nor_worse(pair):
     assert (found.verdict, found.errors) == ("changed", {})
     assert found.moved_m > 0.01
     assert not compare_folders(*untrue).is_worse
+
+
+def test_in_another_recording_no_camera_has_moved(pair, tmp_path):
+    copy(pair[0], tmp_path / "a")
+    for folder in (tmp_path / "a", pair[1]):
+        change(folder, forget)
+    change(pair[1], lambda r: r["reconstruction"]["refined"]["views"][2]["T_0_i"][0].__setitem__(3, 0.5))
+    change(pair[1], lambda r: r["key"].update(input_sha256="another"))
+    session = compare((tmp_path / "a", pair[1]))
+    assert (session.verdict, of_view(session, 2).moved_m) == ("same", None)
+    assert any("another recording" in note for note in session.notes)
+    change(pair[1], lambda r: r["reconstruction"]["refined"]["views"][2].update(status="low_overlap"))
+    assert of_view(compare((tmp_path / "a", pair[1])), 2).verdict == "worse"
 
 
 def test_sessions_of_batches_are_matched_by_name(done, tmp_path):
