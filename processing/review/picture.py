@@ -5,6 +5,7 @@ import socket
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +23,7 @@ SECONDS_TO_START = 20.0
 SECONDS_TO_LOAD = 60.0
 SECONDS_TO_SETTLE = 0.6  # legends and ranges of plots come a few frames after the data
 SECONDS_OF_NOTICES = 2.0  # the viewer tells for so long, in a corner, that it loaded something
+_MAKE_AGAIN = "make it again: it is cut, damaged, or no recording at all"
 
 
 class NoViewer(MissingLibrary):
@@ -63,8 +65,9 @@ def take_picture(recording: Path, picture: Path, size: str = SIZE, view: int | N
             viewer.save_screenshot(str(part.resolve()))
             reports = find_reports(viewer)
         part.replace(picture)
-    except OSError as error:
-        raise UnwritableOutput(picture, f"cannot be written ({error.strerror})", "choose another place") from None
+    except OSError as error:  # the viewer's own, told over the connection, have a text alone
+        reason = error.strerror or str(error).splitlines()[0]
+        raise UnwritableOutput(picture, f"cannot be written ({reason})", "choose another place") from None
     finally:
         part.unlink(missing_ok=True)
     return reports
@@ -94,6 +97,8 @@ def open_viewer(recording: Path, size: str = SIZE) -> Iterator[ViewerClient]:
                     problem = f"the viewer does not load it in {SECONDS_TO_LOAD:.0f} s"
                     raise UnreadableRecording(recording, problem, "open it with 'orbitscan view' and see why")
                 time.sleep(0.1)
+            if not viewer.get_state().recordings:
+                raise UnreadableRecording(recording, "the viewer finds no recording in it", _MAKE_AGAIN)
             time.sleep(SECONDS_TO_SETTLE)
             yield viewer
         finally:
@@ -129,10 +134,14 @@ def _check_view(recording: Path, view: int) -> None:
     from rerun.chunk import RrdReader
 
     views: set[int] = set()
-    if recording.suffix.lower() == ".rrd":
-        for chunk in RrdReader(recording).stream():
-            if VIEW_TIMELINE in chunk.timeline_names:
-                views.update(chunk.to_record_batch().column(VIEW_TIMELINE).to_pylist())
+    try:
+        with warnings.catch_warnings(action="ignore"):  # what a killed run leaves has no footer
+            chunks = RrdReader(recording).stream() if recording.suffix.lower() == ".rrd" else ()
+            for chunk in chunks:
+                if VIEW_TIMELINE in chunk.timeline_names:
+                    views.update(chunk.to_record_batch().column(VIEW_TIMELINE).to_pylist())
+    except RuntimeError:
+        raise UnreadableRecording(recording, "no whole Rerun recording", _MAKE_AGAIN) from None
     if view not in views:
         remedy = f"there are {min(views)} to {max(views)}" if views else "leave it out: the recording has no views"
         raise InvalidOption(f"--at {view}", "no such view in the recording", remedy)
