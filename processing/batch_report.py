@@ -5,12 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from rich import box
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from processing.batch import Outcome
+from processing.printing import print_table
 from processing.results.confusion import count_confusion, write_csv
 from processing.results.confusion import tabulate as tabulate_confusion
 from processing.results.records import METHODS
@@ -67,38 +64,26 @@ def _write_summary(rows: Sequence[Row], results: Path) -> None:
         (results / "confusion.csv").unlink(missing_ok=True)  # of an earlier batch
     else:
         write_csv(results / "confusion.csv", confusion)
-        table = _table("Categories")
-        for column in ("category", "recordings right", "views right", "taken for"):
-            table.add_column(column, overflow="fold")
-        for row in tabulate_confusion(confusion):
-            table.add_row(*row)
-        Console().print(table)
+        columns = ("category", "recordings right", "views right", "taken for")
+        print_table("Categories", {name: {"overflow": "fold"} for name in columns}, tabulate_confusion(confusion))
         typer.echo(count_right(confusion))
     typer.echo(f"{conclude(rows)} See {results / 'summary.rrd'}, summary.csv, summary.parquet")
 
 
 def _print_errors(rows: Sequence[Row]) -> None:
     """A row per recording and method, worst first: views not placed, and errors where the truth is known."""
-    if not rows:
-        return
-    table = _table("Errors against the ground truth")
-    table.add_column("session", overflow="fold", min_width=7)
-    table.add_column("method", no_wrap=True)
-    for column in _COLUMNS:
-        table.add_column(Text(column), justify="right", no_wrap=True)  # Text: [mm] is no markup
+    columns = {"session": {"overflow": "fold", "min_width": 7}, "method": {"no_wrap": True}}
+    columns |= {name: {"justify": "right", "no_wrap": True} for name in _COLUMNS}
+    lines = []
     for row in rows[:SHOWN_RECORDINGS]:
         found = row.results["reconstruction"]
         methods = [method for method in METHODS if method in found]
         for name, method in zip([row.session] + [""] * len(methods), methods, strict=False):
             summary = found[method]["summary"]
-            table.add_row(name, method, *(_cell(summary[key], factor) for key, factor in _COLUMNS.values()))
-    Console().print(table)
+            lines.append([name, method, *(_cell(summary[key], factor) for key, factor in _COLUMNS.values())])
+    print_table("Errors against the ground truth", columns, lines)
     if len(rows) > SHOWN_RECORDINGS:
         typer.echo(f"and {len(rows) - SHOWN_RECORDINGS} less bad ones: summary.csv has them all")
-
-
-def _table(title: str) -> Table:
-    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
 
 
 def _cell(value: float | None, factor: float) -> str:

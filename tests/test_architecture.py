@@ -30,6 +30,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "inputs",
     "batch",
     "workers",
+    "printing",
     "batch_report",
     "reproduction",
     "model_cli",
