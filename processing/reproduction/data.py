@@ -12,8 +12,8 @@ from zipfile import BadZipFile
 import numpy as np
 
 from processing.classification.labelled_views import LabelledViews, Split, gather, split_views
-from processing.reproduction.files import write_whole
 from processing.reproduction.plan import Plan
+from processing.results.whole import write_whole
 from recorder import corpus, mcap_file
 from recorder.exceptions import InvalidOption
 from recorder.session import Session

@@ -7,19 +7,12 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from processing.review.plots import STYLE
+
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#555555")  # Okabe and Ito's
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 3)))
 MARKERS = "osD^vPX"
 HATCHES = ("", "//", "..", "xx", "\\\\", "++", "oo")
-_STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#dddddd",
-    "legend.frameon": False,
-}
 _NOTCHED = 8  # runs; a notch over fewer reaches beyond its box
 
 
@@ -27,7 +20,7 @@ def new_figure(
     rows: int = 1, columns: int = 1, width: float = 7.0, height: float = 3.2, dpi: int = 150
 ) -> tuple[Figure, np.ndarray]:
     """A figure of so many inches, and its axes (rows, columns)."""
-    with rc_context(_STYLE):
+    with rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained", dpi=dpi)
         return figure, figure.subplots(rows, columns, squeeze=False)
 

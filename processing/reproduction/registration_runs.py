@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from processing.batch import Job
-from processing.reproduction.files import write_whole
 from processing.reproduction.plan import Plan
 from processing.results.files import read_results
+from processing.results.whole import write_whole
 from processing.settings import Settings
 from processing.workers import process_all
 from recorder import mcap_file

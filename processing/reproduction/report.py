@@ -11,8 +11,8 @@ from os import cpu_count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from processing.reproduction.files import write_whole
 from processing.reproduction.plan import Plan
+from processing.results.whole import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,12 +37,12 @@ class Report:
 
 def write(report: Report, plan: Plan, command: str) -> list[Path]:
     """Write NAME.csv, NAME.json and the figures into the plan's folder; the paths. Raises UnwritableOutput."""
+    from processing.review.plots import save  # matplotlib is slow to import
+
     folder = plan.folder
     paths = [folder / f"{report.name}.csv", folder / f"{report.name}.json"]
     for name, figure in report.figures.items():
-        for ending in ("png", "svg"):
-            paths.append(folder / f"{name}.{ending}")
-            write_whole(paths[-1], _render(figure, ending))
+        paths += save(figure, folder / name)
     write_whole(paths[0], _csv(report.rows))
     write_whole(paths[1], json.dumps(_describe(report, plan, command), indent=1) + "\n")
     return paths
@@ -84,13 +84,3 @@ def _machine(device: str) -> dict[str, Any]:
 
         machine["gpu"] = torch.cuda.get_device_name(device)
     return machine
-
-
-def _render(figure: "Figure", ending: str) -> bytes:
-    from matplotlib import rc_context
-
-    content = io.BytesIO()
-    with rc_context({"svg.hashsalt": "orbitscan", "svg.fonttype": "none"}):
-        # no date: the same numbers give the same file
-        figure.savefig(content, format=ending, metadata={"Date": None} if ending == "svg" else None)
-    return content.getvalue()

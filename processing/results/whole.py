@@ -3,7 +3,7 @@
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from recorder.exceptions import UnwritableOutput
@@ -17,12 +17,20 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield part
         part.replace(path)
     except (OSError, RuntimeError) as error:  # Rerun's are RuntimeErrors
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # it may stand where nothing can: in a file
+            part.unlink(missing_ok=True)
         reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
         raise UnwritableOutput(path, f"cannot be written ({reason})", "choose another place with -o") from None
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a text or bytes, the folder too where there is none. Raises UnwritableOutput."""
+    with whole_file(path) as part:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 @contextmanager

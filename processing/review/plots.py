@@ -9,8 +9,8 @@ from typing import Any
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from processing.results.whole import write_whole
 from processing.review.entities import METHOD_COLORS
-from recorder.exceptions import UnwritableOutput
 
 FOLDER = "figures"  # in a results folder
 ENDINGS = ("png", "svg")
@@ -75,17 +75,8 @@ def needs_logarithm(largest: Sequence[float]) -> bool:
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write the figure as `path` with each ending, every file whole or not at all. Raises UnwritableOutput."""
     paths = [path.with_name(f"{path.name}.{ending}") for ending in ENDINGS]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        for target in paths:
-            part = target.with_name(target.name + ".part")
-            try:
-                part.write_bytes(_render(figure, target.suffix[1:]))
-                part.replace(target)
-            finally:
-                part.unlink(missing_ok=True)
-    except OSError as error:
-        raise UnwritableOutput(path, f"cannot be written ({error.strerror})", "choose another place") from None
+    for target in paths:
+        write_whole(target, _render(figure, target.suffix[1:]))
     return paths
 
 
