@@ -8,7 +8,7 @@ scanning again. Views that are not ok claim nothing about their pose: of them th
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -112,7 +112,7 @@ def _compare_method(method: str, a: Run, b: Run) -> list[ViewComparison]:
     of_a, of_b = (run.results["reconstruction"][method] for run in (a, b))
     in_a = {view["view"]: view for view in of_a["views"]}
     sigma: dict[int, float] = {}
-    extent = max((run.extent for run in (a, b) if run.extent), key=lambda e: e.points, default=None)
+    extent = max((run.extent for run in (a, b) if run.extent), key=lambda e: (e.points, e.diameter), default=None)
     if extent is not None and a.origin is not None and a.origin == b.origin:
         radii = [run.results["settings"]["surface"]["quadric_radius"] for run in (a, b)]
         scales = [scale_of_errors(run.results, extent.lever, q) for run, q in zip((a, b), radii, strict=True)]
@@ -135,7 +135,7 @@ def _compare_view(
         moved_deg = float(np.degrees(poses.rotation_angle(D[:3, :3])))
         if a["status"] == b["status"] == "ok" and view in sigma:
             floor = max(FLOOR * math.sqrt(2) * sigma[view], ROUNDING)
-            floors = _floors(floor, extent, np.asarray(a["T_0_i"])[:3, 3])
+            floors = _floors(floor, extent, [np.asarray(v["T_0_i"])[:3, 3] for v in (a, b)])
             known = [name for name in JUDGED if a[name] is not None and b[name] is not None]
             errors = {name: Difference(a[name], b[name], floors[name]) for name in known}
     if a["status"] != b["status"]:
@@ -158,10 +158,10 @@ def _without_motion(view: ViewComparison) -> ViewComparison:
     return replace(view, moved_m=None, moved_deg=None, verdict=verdict, size=size)
 
 
-def _floors(floor_m: float, extent: Extent, place: np.ndarray) -> dict[str, float]:
-    """The floor of each error, from that of the object's surface; `place` (3,) is the view's own in frame {0}."""
+def _floors(floor_m: float, extent: Extent, places: Sequence[np.ndarray]) -> dict[str, float]:
+    """The floor of each error, from that of the object's surface; `places` (3,) are the view's own in frame {0}."""
     turn = floor_m / extent.lever  # radians
-    distance = float(np.linalg.norm(place - extent.center))
+    distance = min(float(np.linalg.norm(place - extent.center)) for place in places)  # alike in both directions
     return {
         "translation_error_m": math.hypot(floor_m, distance * turn),
         "rotation_error_chordal": 2 * math.sqrt(2) * math.sin(min(turn / 2, math.pi / 2)),

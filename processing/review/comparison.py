@@ -128,20 +128,23 @@ def _lay_out_session(name: str, a: Run, b: Run) -> rrb.Vertical:
         if run.model is not None
     ]
     titles = {f"errors/{quantity}": _title(quantity) for quantity in entities.LOG_ERRORS} if _has_truth(a, b) else {}
+    titles |= dict([_MOVED])
+    legends = (next(iter(titles)), _MOVED[0])  # the errors have the same curves
     plots = [
         rrb.TimeSeriesView(
             origin=f"{origin}/{place}",
             name=title,
-            plot_legend=rrb.PlotLegend(visible=False) if number else rrb.Corner2D.LeftTop,
+            plot_legend=rrb.Corner2D.LeftTop if place in legends else rrb.PlotLegend(visible=False),
             interaction=rrb.PlotInteraction(points_display="Always"),
         )
-        for number, (place, title) in enumerate({**titles, _MOVED[0]: _MOVED[1]}.items())
+        for place, title in titles.items()
     ]
     words = rrb.TextDocumentView(origin=f"{origin}/words", name="What changed")
     above = [rrb.Horizontal(*models)] if models else []
     return rrb.Vertical(
         *above,
         rrb.Horizontal(rrb.Grid(*plots, grid_columns=min(2, len(plots))), words, column_shares=[3, 2]),
+        row_shares=[2, 3] if models else None,
         name=name,
     )
 

@@ -74,6 +74,16 @@ def test_an_error_counts_from_the_floor_on_and_alike_in_both_directions(pair):
         change(pair[1], lambda results, f=factor: shift(results, 2, -f * floor))
 
 
+def test_floors_are_alike_in_both_directions(pair):
+    change(pair[1], lambda results: results.update(seed=1))
+    floor = of_view(compare(pair), 2).floor_m
+    change(pair[1], lambda results: shift(results, 2, -100 * floor))  # far nearer to the object, or farther from it
+    there, back = (of_view(compare(folders), 2) for folders in (pair, pair[::-1]))
+    assert there.size > 10
+    assert (there.floor_m, there.size, there.moved_m) == pytest.approx((back.floor_m, back.size, back.moved_m))
+    assert [e.floor for e in there.errors.values()] == pytest.approx([e.floor for e in back.errors.values()])
+
+
 def test_the_floor_is_what_other_noise_moves_the_poses_by(done, tmp_path):
     """Five scans of one object, each with other noise: errors differ by chance, at most once in twenty beyond it."""
     for seed in range(5):
