@@ -72,9 +72,16 @@ def explain(estimate: ViewEstimate, pair: PairEstimate | None) -> str:
         raw = pair.errors.rotation_error_deg
         text += f". Off by {number(raw)}°, by {number(observable)}° with that granted"
     if pair.candidates:
-        starts = [f"{start.start} (score {number(start.score)}) {fate}" for start, fate in list_starts(pair)]
-        text += f". Starts: {'; '.join(starts)}"
+        text += f". Starts: {describe_starts(pair)}"
     return text
+
+
+def describe_starts(pair: PairEstimate) -> str:
+    """What became of the starts, best first, those of one fate together."""
+    fates: dict[str, list[str]] = {}
+    for start, fate in list_starts(pair):
+        fates.setdefault(fate, []).append(f"{start.start} (score {number(start.score)})")
+    return "; ".join(f"{', '.join(starts)} {fate}" for fate, starts in fates.items())
 
 
 def describe_status(status: str) -> str:
@@ -98,7 +105,7 @@ def list_starts(pair: PairEstimate) -> Iterator[tuple[Candidate, str]]:
         if start.start == pair.start:
             yield start, "was chosen" if start.status == "ok" else f"was chosen all the same: {reason}"
         elif start.status == "ok":
-            yield start, "holds too, but the surfaces agree less" if pair.start else "holds"
+            yield start, "would hold too, but the surfaces agree less" if pair.start else "would hold"
         else:
             yield start, f"lost: {reason}"
 

@@ -47,10 +47,10 @@ def tell(
         lines += ["", "### From points to overlap", "", *_funnel(methods, placing)]
     if any(estimates[method].errors.translation_error_m is not None for method in methods):
         lines += ["", "### Errors against the ground truth", "", *_errors(methods, estimates, placing)]
-    for method in methods:
-        if (pair := placing[method]) is not None and pair.candidates:
-            lines += ["", f"### Starts that competed, {method}, against view {pair.target}", "", *_starts(pair)]
-            break
+    if competed := max(methods, key=lambda m: len(placing[m].candidates) if placing[m] else 0, default=None):
+        pair = placing[competed]
+        if pair is not None and pair.candidates:
+            lines += ["", f"### Starts that competed, {competed}, against view {pair.target}", "", *_starts(pair)]
     if others := [pair for pair in pairs.get("refined", ()) if pair is not placing.get("refined")]:
         lines += ["", "### Its other pairs in the graph", "", *_others(seen.view, others)]
     if seen.classification is not None:

@@ -72,7 +72,7 @@ def make_results(views: int = 5, points: int = 2000, with_truth: bool = True, co
             status = {FAILED: "low_overlap", EMPTY: "too_few_points"}.get(i, "ok")
             estimates[method] = _make_estimate(i, method, status, truth, with_truth)
             if i not in (0, EMPTY):
-                pairs[method] = _make_pair(i, i - 1, status, "icp" not in method, len(cloud))
+                pairs[method] = make_pair(i, i - 1, status, "icp" not in method, len(cloud))
         matches = None
         if pairs:
             target = results[-1].points
@@ -107,7 +107,7 @@ def _make_estimate(
     return ViewEstimate(i, status, poses.invert(truth[0]) @ truth[i] @ turn, errors)
 
 
-def _make_pair(source: int, target: int, status: str, matched: bool, points: int) -> PairEstimate:
+def make_pair(source: int, target: int, status: str, matched: bool, points: int) -> PairEstimate:
     counts = {"keypoints": 300, "valid_frames": 290, "matches": 90, "inliers": 40} if matched else {}
     seen = {"misfit": 0.9, "violations": 0.01, "unseen": 0.02, "observability": 0.1}
     evidence = Evidence(points=points, rmse_m=1e-3 * source, overlap=1 - 0.2 * source, **counts, **seen)
@@ -150,7 +150,7 @@ def _make_graph(results: list[ViewResult], truth: dict[int, np.ndarray], with_tr
     pairs = []
     for source, target in ((1, 0), (2, 1), (2, 0), (3, 2)):
         T = poses.invert(T_0[target]) @ T_0[source]
-        pair = replace(_make_pair(source, target, "ok", target == source - 1, 2000), T_target_source=T, center=CENTER)
+        pair = replace(make_pair(source, target, "ok", target == source - 1, 2000), T_target_source=T, center=CENTER)
         if (source, target) == (2, 0):
             pair = replace(pair, T_target_source=quarter @ T, status="inconsistent", confidence=0.95)
         if source == FAILED:

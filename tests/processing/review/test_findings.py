@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.results.records import ViewEstimate
+from processing.results.records import Candidate, ViewEstimate
 from processing.review.edges import count_edges, left_out, strongest
-from processing.review.findings import explain, list_joint_findings
+from processing.review.findings import describe_starts, explain, list_joint_findings
 from recorder import poses
-from tests.processing.review.made_results import _make_pair
+from tests.processing.review.made_results import make_pair
 from tests.processing.review.recordings import read_all, read_rows
 
 
@@ -36,5 +36,16 @@ def test_an_edge_that_the_graph_leaves_out_is_a_line_of_the_log(reviewed):
 
 def test_alternatives_are_named_by_their_turn():
     half_turn = poses.from_quaternion(np.zeros(3), [0, 1, 0, 0], "")
-    pair = replace(_make_pair(1, 0, "ambiguous", True, 2000), alternatives=(half_turn,))
+    pair = replace(make_pair(1, 0, "ambiguous", True, 2000), alternatives=(half_turn,))
     assert "As good when turned by 180°" in explain(ViewEstimate(1, "ambiguous", np.eye(4)), pair)
+
+
+def test_starts_of_one_fate_are_told_together():
+    fates = (("previous", "ok", 0.8), ("a", "low_overlap", 0.3), ("identity", "ok", 0.2), ("b", "low_overlap", -0.1))
+    pair = replace(make_pair(1, 0, "ok", True, 2000), candidates=tuple(Candidate(*f) for f in fates), start="previous")
+    assert describe_starts(pair) == (
+        "previous (score 0.8) was chosen; "
+        "a (score 0.3), b (score -0.1) lost: too little of the surface lies on the earlier view; "
+        "identity (score 0.2) would hold too, but the surfaces agree less"
+    )
+    assert "would hold" in describe_starts(replace(pair, start=None))

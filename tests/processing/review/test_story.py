@@ -7,7 +7,7 @@ import pytest
 
 from processing.results.records import METHODS, Candidate, PairErrors, ViewErrors, ViewEstimate
 from processing.review.story import Seen, tell
-from tests.processing.review.made_results import EMPTY, FAILED, _make_pair, make_results
+from tests.processing.review.made_results import EMPTY, FAILED, make_pair, make_results
 from tests.processing.review.recordings import read_rows
 
 SEEN = Seen(17, "frame_170", 21_345, None, None, (16, 90, 40))
@@ -22,7 +22,7 @@ def row_of(story: str, first: str) -> list[str]:
 
 def failed_pair(**fields):
     starts = (Candidate("consensus 1", "low_overlap", 0.41), Candidate("previous", "inconsistent", -0.2))
-    return replace(_make_pair(17, 16, "low_overlap", True, 2000), candidates=starts, start="consensus 1", **fields)
+    return replace(make_pair(17, 16, "low_overlap", True, 2000), candidates=starts, start="consensus 1", **fields)
 
 
 def test_the_funnel_goes_from_points_to_overlap():
@@ -54,10 +54,10 @@ def test_each_start_says_why_it_lost():
 
 def test_a_start_that_also_holds_agrees_less():
     starts = (Candidate("identity", "ok", 0.8), Candidate("previous", "ok", 0.79))
-    pair = replace(_make_pair(17, 16, "ok", True, 2000), candidates=starts, start="identity")
+    pair = replace(make_pair(17, 16, "ok", True, 2000), candidates=starts, start="identity")
     story = tell(SEEN, {"pairwise": ViewEstimate(17, "ok", np.eye(4))}, {"pairwise": [pair]}, finished=True)
     assert row_of(story, "identity")[2] == "was chosen"
-    assert row_of(story, "previous")[2] == "holds too, but the surfaces agree less"
+    assert row_of(story, "previous")[2] == "would hold too, but the surfaces agree less"
 
 
 def test_errors_have_their_units():
