@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 SHOWN_SESSIONS = 8  # of a batch that `view` opens, a few hundred megabytes at most
 SHOWN_ROWS = 20  # of a table that `compare` prints
+SHOWN_OF_EACH = 3  # views of each session of a batch
 _COLORS = {"worse": "red", "changed": "yellow", "better": "green"}
+_NARROW = ("view", "method", "verdict", "floors")  # columns that do not wrap
 _SIGNALLED = 128  # added to the number of a signal that ended the viewer, as a shell does
 
 
@@ -49,7 +51,8 @@ def view(
     if at is not None:
         raise InvalidOption(f"--at {at}", "is for pictures", "add --screenshot OUT.png, or leave it out")
     if left_out:
-        typer.echo(f"{left_out} less bad sessions are left out: --most {most + left_out} opens them too, or name one.")
+        sessions = "session is" if left_out == 1 else "sessions are"
+        typer.echo(f"{left_out} less bad {sessions} left out: --most {most + left_out} opens all, or name one.")
     import subprocess
 
     from processing.review.picture import find_viewer
@@ -81,15 +84,16 @@ def compare(
     from processing.review.changes import conclude
 
     found = compare_folders(a, b)
+    if rrd is not None:  # first: whoever reads what is printed may stop reading
+        from processing.review.comparison import write_comparison
+
+        write_comparison(rrd, found, a, b)
     if as_json:
         typer.echo(json.dumps({"verdict": conclude(found), "is_worse": found.is_worse, **_to_json(found)}, indent=1))
     else:
         typer.echo(conclude(found))
         _print_changes(found)
     if rrd is not None:
-        from processing.review.comparison import write_comparison
-
-        write_comparison(rrd, found, a, b)
         typer.echo(f"Look at it: orbitscan view {rrd}", err=as_json)
     raise typer.Exit(int(found.is_worse))
 
@@ -114,7 +118,7 @@ def choose_files(what: Path, most: int) -> tuple[list[Path], int]:
     summary = [what / "summary.rrd"] if (what / "summary.rrd").is_file() else []
     rest = [path for path in sorted(what.glob("*.rrd")) if path not in summary]
     sessions = [path.parent for path in what.glob("*/review.rrd") if path.parent.suffix != ".part"]
-    worst = sorted(sessions, key=_badness)
+    worst = _order(sessions)
     files = [*summary, *(folder / "review.rrd" for folder in worst[:most]), *rest]
     if not files:
         problem = "holds no .rrd" if what.is_dir() else "no such file or folder"
@@ -122,17 +126,20 @@ def choose_files(what: Path, most: int) -> tuple[list[Path], int]:
     return files, max(0, len(worst) - most)
 
 
-def _badness(folder: Path) -> tuple[Any, ...]:
-    """Sorts sessions worst first: results that cannot be read, failed views of the best method, its largest error."""
-    from processing.results.files import read_results
-    from processing.results.records import METHODS
+def _order(folders: Iterable[Path]) -> list[Path]:
+    """Results, worst first; what cannot be read is before all."""
+    from processing.results.summary import Row, read_row, worst_first
 
-    try:
-        reconstruction = read_results(folder)["reconstruction"]
-        summary = next(reconstruction[method]["summary"] for method in reversed(METHODS) if method in reconstruction)
-        return 1, -summary["failed_views"], -(summary["max_center_error_m"] or 0.0), folder.name
-    except (OSError, ValueError, KeyError, TypeError, StopIteration):
-        return 0, 0, 0.0, folder.name
+    def read(folder: Path) -> Row:
+        try:
+            row = read_row(folder)
+            worst_first([row])  # it has what the order asks for
+            return row
+        except (OSError, ValueError, KeyError, TypeError):
+            return Row(folder.name, "failed")
+
+    by_name = {folder.name: folder for folder in folders}
+    return [by_name[row.session] for row in worst_first([read(folder) for folder in by_name.values()])]
 
 
 def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> None:
@@ -142,7 +149,8 @@ def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> 
     if len(sides) != 2 or not all(side.isdigit() and 200 <= int(side) <= 8000 for side in sides):
         raise InvalidOption(f"--size {size}", "no size of a picture", "give pixels from 200 to 8000, such as 1920x1080")
     reports = take_picture(recording, picture, size, at)
-    typer.echo(f"{picture}: {recording} as it opens; " + ("no view complains." if not reports else "views complain:"))
+    where = "as it opens" if at is None else f"at view {at}"
+    typer.echo(f"{picture}: {recording} {where}; " + ("no view complains." if not reports else "views complain:"))
     for report in reports:
         typer.echo(f"  {report}", err=True)
 
@@ -150,51 +158,50 @@ def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> 
 def _print_changes(found: Comparison) -> None:
     """What else differs, the sessions of a batch, and the views that changed, worst first."""
     from processing.review.changes import (
+        BRIEF_HEADER,
         METHOD_HEADER,
         SESSION_HEADER,
-        VIEW_HEADER,
+        brief_rows,
         list_notes,
         method_rows,
         session_rows,
-        view_rows,
     )
 
     for note in list_notes(found.sessions):
         typer.echo(f"- {note}")
-    if len(found.sessions) == 1:
-        if not found.sessions[0].identical:
-            _print_table("Methods, A → B", METHOD_HEADER, method_rows(found.sessions[0]))
-    else:
-        rows = session_rows(session for session in found.sessions if session.verdict != "same")
-        _print_table("Sessions that changed, A → B by the best method", SESSION_HEADER, rows)
-    changed = [(session.name, view) for session in found.sessions for view in session.changed_views]
-    if changed:
-        header, names = VIEW_HEADER, [[] for _ in changed]
-        if len(found.sessions) > 1:
-            header, names = ("session", *VIEW_HEADER), [[name] for name, _ in changed]
-        rows = [(*name, *row) for name, row in zip(names, view_rows(view for _, view in changed), strict=True)]
-        _print_table("Views that changed, worst first, A → B", header, rows)
+    batch = len(found.sessions) > 1
+    if batch:
+        changed = [session for session in found.sessions if session.verdict != "same"]
+        _print_table(
+            "Sessions that changed, A → B by the best method", SESSION_HEADER, session_rows(changed), len(changed)
+        )
+    elif not found.sessions[0].identical:
+        rows = method_rows(found.sessions[0])
+        _print_table("Methods, A → B", METHOD_HEADER, rows, len(rows))
+    header = ("session", *BRIEF_HEADER) if batch else BRIEF_HEADER
+    most = SHOWN_OF_EACH if batch else SHOWN_ROWS
+    rows = [
+        (session.name, *row) if batch else row
+        for session in found.sessions
+        for row in brief_rows(session.changed_views[:most])
+    ]
+    total = sum(len(session.changed_views) for session in found.sessions)
+    _print_table("Views that changed, worst first, A → B", header, rows, total)
+    if rows:
         typer.echo("floors: the change over what may be chance, as the views' own evidence tells")
 
 
-def _print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    if not rows:
-        return
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
+def _print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], total: int) -> None:
+    """The first rows, and how many of `total` are not shown."""
     from rich.text import Text
 
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in header:
-        narrow = name in ("view", "method", "verdict")
-        least = 12 if name == "status" else None  # as wide as the longest
-        table.add_column(Text(name), overflow="fold", no_wrap=narrow, min_width=least)  # Text: [mm] is no markup
-    for row in rows[:SHOWN_ROWS]:
-        table.add_row(*(Text(cell, style=_COLORS.get(cell, "")) for cell in row))
-    Console().print(table)
-    if len(rows) > SHOWN_ROWS:
-        typer.echo(f"and {len(rows) - SHOWN_ROWS} more: --json lists them all")
+    from processing.printing import print_table
+
+    columns = {name: {"overflow": "fold", "no_wrap": name in _NARROW} for name in header}
+    cells = [[Text(cell, style=_COLORS.get(cell, "")) for cell in row] for row in rows[:SHOWN_ROWS]]
+    print_table(title, columns, cells)
+    if total > len(cells):
+        typer.echo(f"and {total - len(cells)} more: --json lists them all")
 
 
 def _to_json(value: Any) -> Any:

@@ -60,7 +60,13 @@ def conclude_session(session: SessionComparison) -> str:
         if of:
             parts.append(f"{words} in {', '.join(of)}")
     if not parts:
-        return f"{session.name}: B is as good as A: nothing changed by more than chance, by {', '.join(methods)}."
+        judged = sum(view.floor_m is not None for view in session.views)
+        least = (
+            "" if judged == len(session.views) else f" (views that are ok in both: {judged} of {len(session.views)})"
+        )
+        return (
+            f"{session.name}: B is as good as A: nothing changed by more than chance, by {', '.join(methods)}{least}."
+        )
     if session.verdict != "worse":
         parts.insert(0, "nowhere worse")
     return f"{session.name}: B is " + "; ".join(parts) + "."

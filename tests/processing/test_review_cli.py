@@ -66,7 +66,7 @@ def test_of_a_batch_the_summary_is_shown_and_the_worst_sessions_listed(done, tmp
         )
     (tmp_path / "batch" / "summary.rrd").touch()
     finished = run("view", "batch", "--most", "2", cwd=tmp_path, env=stub)
-    assert "1 less bad sessions are left out" in finished.stdout
+    assert "1 less bad session is left out: --most 3 opens all" in finished.stdout
     opened = finished.stdout.splitlines()[-1].split()  # the last one is in front
     assert opened == ["batch/worse/review.rrd", "batch/worst/review.rrd", "batch/summary.rrd"]
 
@@ -80,6 +80,17 @@ def test_a_screenshot_needs_no_display(done, tmp_path):
     assert "no view complains" in finished.stdout
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert [path.name for path in tmp_path.iterdir()] == ["blob.png"]
+
+
+def test_a_cut_review_is_told_in_a_sentence_and_leaves_no_picture(done, tmp_path):
+    whole = (done / "out" / "blob" / "review.rrd").read_bytes()
+    (tmp_path / "cut.rrd").write_bytes(whole[: len(whole) // 2])
+    for options in ([], ["--at", "1"]):
+        finished = run("view", "cut.rrd", "--screenshot", "cut.png", *options, cwd=tmp_path)
+        assert finished.returncode == 2
+        (line,) = finished.stderr.splitlines()
+        assert "cut.rrd" in line or "mesa-vulkan-drivers" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["cut.rrd"]
 
 
 @pytest.mark.parametrize(
@@ -121,6 +132,26 @@ def test_compare_exits_with_1_where_b_is_worse(done, tmp_path):
             assert find_reports(viewer) == []
     except NoViewer as reason:
         pytest.skip(str(reason))
+
+
+def test_of_two_batches_the_worst_views_are_printed_whole_on_a_narrow_terminal(done, tmp_path):
+    def spoil(results):
+        for view in results["reconstruction"]["refined"]["views"][1:]:
+            view["center_error_m"] += 0.1
+
+    for name in ("a/one", "a/two", "b/one", "b/two"):
+        copy(done / "out" / "blob", tmp_path / name)
+    change(tmp_path / "b" / "two", spoil)
+    finished = run("compare", "a", "b", "--rrd", "c.rrd", cwd=tmp_path, env={"COLUMNS": "80"})
+    assert finished.returncode == 1
+    assert finished.stdout.startswith("B is worse in 1 of 2 sessions: two.")
+    (row,) = (
+        line for line in finished.stdout.splitlines() if line.startswith(" two") and " 1 " in line and "ok" in line
+    )
+    assert row.split()[:5] == ["two", "1", "refined", "worse", "ok"]
+    assert "centre" in row
+    assert float(row.split()[-1]) > 10  # floors
+    assert (tmp_path / "c.rrd").is_file()
 
 
 def test_compare_of_what_holds_no_results(done, tmp_path):
