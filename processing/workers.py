@@ -30,15 +30,8 @@ def process_all(recordings: Sequence[Path], job: Job, workers: int = 1, *, isola
         if len(recordings) == 1 or (workers == 1 and not isolated):
             yield from (process_recording(path, job) for path in recordings)
             return
-        dead: list[Path] = []
         for start in range(0, len(recordings), LIFETIME * workers):
-            yield from _process_in_pool(recordings[start : start + LIFETIME * workers], job, workers, dead)
-        for path in dead:  # each alone: the one that kills its worker takes no other along
-            killed: list[Path] = []
-            yield from _process_in_pool([path], job, 1, killed)
-            if killed:
-                error = ProcessingFailed(path, "its process died (out of memory?)", "use fewer --workers or --views")
-                yield Outcome.failed(path, job, error)
+            yield from _process_in_pool(recordings[start : start + LIFETIME * workers], job, workers)
 
 
 def threads_per_worker(workers: int) -> int:
@@ -46,10 +39,12 @@ def threads_per_worker(workers: int) -> int:
     return max(1, numba.config.NUMBA_NUM_THREADS // workers)
 
 
-def _process_in_pool(recordings: Sequence[Path], job: Job, workers: int, dead: list[Path]) -> Iterator[Outcome]:
-    """Outcomes as they come; `dead` gets the recordings that were lost with a worker, and maybe its neighbours.
+def _process_in_pool(recordings: Sequence[Path], job: Job, workers: int) -> Iterator[Outcome]:
+    """Outcomes as they come.
 
-    A pool whose worker dies is lost as a whole, with what it had begun: what it had not is done by the next one.
+    A pool whose worker dies is lost as a whole, with all that it had not finished. A single worker takes recordings in
+    their order: the first of them killed it. Of several workers each had begun one and was handed another: these are
+    done again by a single one, and the rest as before.
     """
     waiting = list(recordings)
     while waiting:
@@ -57,21 +52,25 @@ def _process_in_pool(recordings: Sequence[Path], job: Job, workers: int, dead: l
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker) as pool:
             pending = {pool.submit(process_recording, path, job): path for path in waiting}
-            waiting, begun = [], []
+            lost = []
             try:
                 for future in as_completed(pending):
-                    path = pending[future]
                     try:
                         yield future.result()
                     except BrokenProcessPool:
-                        begun.append(path)
+                        lost.append(pending[future])
             except BaseException:  # the caller leaves, or is interrupted: nobody wants what is still under way
                 _end(pool, list(pending))
                 raise
-        # The pool hands out a few recordings ahead: those, in the order they were submitted, may have killed it.
-        begun.sort(key=recordings.index)
-        dead += begun[: 2 * workers + 1]
-        waiting = begun[2 * workers + 1 :]
+        waiting = [path for path in waiting if path in lost]
+        if waiting and workers == 1:
+            error = ProcessingFailed(waiting[0], "its process died (out of memory?)", "use fewer --workers or --views")
+            yield Outcome.failed(waiting[0], job, error)
+            waiting = waiting[1:]
+        elif waiting:
+            suspects = 2 * workers + 1  # the pool hands out one more than it has workers
+            yield from _process_in_pool(waiting[:suspects], job, 1)
+            waiting = waiting[suspects:]
 
 
 def _end(pool: ProcessPoolExecutor, pending: Sequence[Future]) -> None:

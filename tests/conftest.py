@@ -8,6 +8,7 @@ import pytest
 from hypothesis import settings
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # tests run side by side: torch with more threads than cores crawls
+os.environ.setdefault("LP_NUM_THREADS", "1")  # and so does the software renderer
 
 settings.register_profile("orbitscan", deadline=None, derandomize=True)
 settings.load_profile("orbitscan")

@@ -1,7 +1,11 @@
 """A headless Rerun viewer for tests: opens a recording, tells what a view could not draw, takes its picture."""
 
-from processing.review.picture import NoViewer, find_reports, find_viewer, open_viewer, show_tab
+from functools import partial
+
+from processing.review import picture
+from processing.review.picture import NoViewer, find_reports, find_viewer, show_tab
 
 __all__ = ["RERUN", "NoViewer", "find_reports", "open_viewer", "show_tab"]
 
+open_viewer = partial(picture.open_viewer, size="640x400")  # a software renderer's time goes into pixels
 RERUN = find_viewer()  # the native program; the one on the PATH is a wrapper around it

@@ -211,7 +211,7 @@ def test_the_viewer_draws_it_without_a_complaint(session, tmp_path):
     path = tmp_path / "registered.mcap"
     write(path, session, statuses={2: "diverged"})
     try:
-        with viewer.open_viewer(path, size="960x540") as client:
+        with viewer.open_viewer(path) as client:
             assert client.get_state().views
             assert viewer.find_reports(client) == []
     except viewer.NoViewer as reason:

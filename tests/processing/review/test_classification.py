@@ -212,7 +212,7 @@ def test_viewer_draws_everything(finished, tmp_path):
         if finished:
             review.add_session(session)
     try:
-        with viewer.open_viewer(path, size="960x540") as client:
+        with viewer.open_viewer(path) as client:
             names = {view.name for view in client.get_state().views}
             assert viewer.find_reports(client) == []
     except viewer.NoViewer as reason:

@@ -25,7 +25,7 @@ def test_frustum_of_a_range_scanner_stands_nearer():
 def test_viewer_draws_everything(with_truth, tmp_path):
     write_review(tmp_path / "review.rrd", with_truth=with_truth)
     try:
-        with viewer.open_viewer(tmp_path / "review.rrd", size="960x540") as client:
+        with viewer.open_viewer(tmp_path / "review.rrd") as client:
             names = {view.name for view in client.get_state().views}
             assert viewer.find_reports(client) == []
     except viewer.NoViewer as reason:
@@ -41,7 +41,7 @@ def test_colours_by_error_and_by_view_take_the_place_of_those_captured(tmp_path)
     blue = shade_views(make_results()[1].reconstruction["refined"]).colors[2]  # a hundredth of a millimetre off
     shares = []
     try:
-        with viewer.open_viewer(tmp_path / "review.rrd", size="960x540") as client:
+        with viewer.open_viewer(tmp_path / "review.rrd") as client:
             for tab, name in enumerate(("refined, as captured", "by view", "by error")):
                 viewer.show_tab(client, tab)
                 (shown,) = [view for view in client.get_state().views if view.name == name]
@@ -68,7 +68,7 @@ def test_viewer_helper_finds_what_cannot_be_drawn(tmp_path):
         stream.log("here", rr.Points3D([[0, 0, 0]]))
         stream.log("elsewhere", rr.CoordinateFrame("nowhere"), rr.Points3D([[0, 0, 0]]))
     try:
-        with viewer.open_viewer(tmp_path / "broken.rrd", size="960x540") as client:
+        with viewer.open_viewer(tmp_path / "broken.rrd") as client:
             assert any("No transform path" in report for report in viewer.find_reports(client))
     except viewer.NoViewer as reason:
         pytest.skip(str(reason))

@@ -164,7 +164,7 @@ def test_a_place_that_cannot_be_written_is_told_in_a_sentence(tmp_path):
 
 def test_viewer_draws_everything(reviewed):
     try:
-        with viewer.open_viewer(reviewed, size="960x540") as client:
+        with viewer.open_viewer(reviewed) as client:
             names = {view.name for view in client.get_state().views}
             assert viewer.find_reports(client) == []
     except viewer.NoViewer as reason:
