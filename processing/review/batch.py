@@ -72,7 +72,8 @@ def _summarize(name: str, rows: Sequence[Row], methods: Sequence[str], confusion
         header += ["chordal, median", "chordal, worst", "seconds, median"]
         yield from write_table(header, [_describe_method(rows, method) for method in reversed(methods)])
         yield ""
-        yield "Centre and chordal: of the largest error in each recording. Each recording has a review of its own."
+        if any(_errors(rows, method, key).size for method in methods for _, key, _ in _ERRORS.values()):
+            yield "Centre and chordal: of the largest error in each recording."
         yield ""
     if confusion is not None:
         yield from describe_confusion(confusion)

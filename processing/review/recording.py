@@ -1,4 +1,4 @@
-"""A Rerun recording that appears whole or not at all, the same bytes from the same content."""
+"""A Rerun recording that appears whole or not at all, the same from the same content."""
 
 import errno
 import os
