@@ -1,6 +1,6 @@
 """The review's classification: curves, the answer in words, views that alone say otherwise; nothing without it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,13 +30,6 @@ VIEWS = [  # probabilities of each view alone, and its score; the last of the fi
     ((0.41, 0.19, 0.39, 0.01), -1.0),  # unknown
     ((0.80, 0.05, 0.12, 0.03), 2.5),  # says bowl, and worse
 ]
-
-
-@pytest.fixture(autouse=True)
-def strict() -> Iterator[None]:
-    rr.set_strict_mode(True)
-    yield
-    rr.set_strict_mode(False)
 
 
 @pytest.fixture(scope="module")

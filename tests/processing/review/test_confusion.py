@@ -2,12 +2,10 @@
 
 import csv
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-import rerun as rr
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
@@ -17,13 +15,6 @@ from processing.review.recording import whole_recording
 from recorder.exceptions import UnwritableOutput
 
 CATEGORIES = ["bowl", "cap", "coffee_mug"]
-
-
-@pytest.fixture(autouse=True)
-def strict() -> Iterator[None]:
-    rr.set_strict_mode(True)
-    yield
-    rr.set_strict_mode(False)
 
 
 def write_results(

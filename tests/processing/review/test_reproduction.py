@@ -2,11 +2,9 @@
 
 import io
 import subprocess
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-import rerun as rr
 from matplotlib.figure import Figure
 from rerun.chunk import RrdReader
 
@@ -21,14 +19,6 @@ from processing.review.study_curves import find_curves, find_timeline
 from processing.review.verdicts import Statement, conclude, count_verdicts
 from recorder.exceptions import UnwritableOutput
 from tests import viewer
-
-
-@pytest.fixture(autouse=True)
-def strict() -> Iterator[None]:
-    rr.set_strict_mode(True)
-    yield
-    rr.set_strict_mode(False)
-
 
 # --- verdicts
 

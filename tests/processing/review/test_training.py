@@ -3,7 +3,6 @@
 import math
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,13 +25,6 @@ RECORDS = [
     EpochRecord(1.1, 0.5, 1.2, 0.4, 1, ((4, 4, 2), (5, 5, 0), (0, 0, 10)), 400.0),
     EpochRecord(0.3, 0.9, 0.5, 0.8, 2, ((9, 1, 0), (0, 10, 0), (3, 0, 7)), 420.0),
 ]
-
-
-@pytest.fixture(autouse=True)
-def strict() -> Iterator[None]:
-    rr.set_strict_mode(True)
-    yield
-    rr.set_strict_mode(False)
 
 
 @pytest.fixture(scope="module")
