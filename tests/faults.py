@@ -26,6 +26,10 @@ VOLATILE = ("timings.json", "review.rrd")  # they hold seconds
 FAULTS = re.compile(r"Traceback|panicked|core dumped")
 
 
+class NoSmallDisk(Exception):
+    """This user may not mount a small file system."""
+
+
 def record(folder: Path, sessions: int, views: int = 3) -> list[str]:
     """Small sessions, of two objects; their names."""
     for i in range(sessions):
@@ -109,13 +113,13 @@ def kill_at_random(work: Path, sessions: int, kills: int, seed: int, workers: in
 
 @contextmanager
 def small_disk(folder: Path, kilobytes: int) -> Iterator[Path]:
-    """A file system of so many kilobytes. Raises OSError where this user may not mount one."""
+    """A file system of so many kilobytes. Raises NoSmallDisk."""
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", str(folder)]
     try:
         subprocess.run(mount, check=True, capture_output=True)
     except (subprocess.CalledProcessError, FileNotFoundError) as reason:
-        raise OSError("this user may not mount a small file system") from reason
+        raise NoSmallDisk(NoSmallDisk.__doc__) from reason
     try:
         yield folder
     finally:
@@ -148,8 +152,8 @@ def main(seed: str = "0") -> None:
     with TemporaryDirectory() as work:
         try:
             fill_disk(Path(work), (64, 1100, 1500, 2000, 2600, 3300, 4000))
-        except OSError as reason:
-            print(f"Full disks were not tried: {reason}.")
+        except NoSmallDisk as reason:
+            print(f"Full disks were not tried: {reason}")
 
 
 if __name__ == "__main__":

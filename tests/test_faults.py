@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.faults import fill_disk, kill_at_random
+from tests.faults import NoSmallDisk, fill_disk, kill_at_random
 
 
 @pytest.fixture(scope="module")
@@ -18,5 +18,5 @@ def test_a_killed_batch_goes_on_to_the_same_bytes(work):
 def test_a_full_disk_leaves_nothing_half_written(work):
     try:
         fill_disk(work, (2200,))
-    except OSError as reason:
+    except NoSmallDisk as reason:
         pytest.skip(str(reason))

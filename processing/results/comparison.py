@@ -38,7 +38,7 @@ from processing.results.uncertainty import ROUNDING, Extent, scale_of_errors, vi
 from recorder import poses
 from recorder.exceptions import InvalidOption, UnreadableRecording
 
-FLOOR = 2.0  # standard deviations: chance alone exceeds them once in twenty times
+FLOOR = 2.0  # standard deviations: chance alone exceeds them at most once in twenty times
 WRONG_DEG, WRONG_SHARE = 5.0, 0.05  # of an ok view off the truth by more degrees, or this share of the diameter
 JUDGED = ("translation_error_m", "rotation_error_chordal", "center_error_m")
 _STANDING = {"ok": 3, "ambiguous": 2}  # any other status: 1; ok and wrong: 0
