@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numba
 
-from processing.classification import PACKAGED
-from processing.errors import with_errors
-from processing.pipeline import process
-from processing.results.files import (
+from orbitscan.processing.classification import PACKAGED
+from orbitscan.processing.errors import with_errors
+from orbitscan.processing.pipeline import process
+from orbitscan.processing.results.files import (
     changed,
     input_sha256,
     make_key,
@@ -19,17 +19,17 @@ from processing.results.files import (
     read_results,
     write_results,
 )
-from processing.results.records import METHODS, SessionResult
-from processing.results.registered import FILE_NAME, place, write_registered
-from processing.results.whole import remove_leftovers, whole_folder
-from processing.review.foxglove_layout import LAYOUT_NAME, write_foxglove_layout
-from processing.settings import Settings
-from recorder import mcap_file
-from recorder.exceptions import ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
-from recorder.session import Session
+from orbitscan.processing.results.records import METHODS, SessionResult
+from orbitscan.processing.results.registered import FILE_NAME, place, write_registered
+from orbitscan.processing.results.whole import remove_leftovers, whole_folder
+from orbitscan.processing.review.foxglove_layout import LAYOUT_NAME, write_foxglove_layout
+from orbitscan.processing.settings import Settings
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
+from orbitscan.recorder.session import Session
 
 if TYPE_CHECKING:
-    from processing.classification.classifier import Classifier
+    from orbitscan.processing.classification.classifier import Classifier
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def _keep_traceback(path: Path) -> str:
 
 
 def _process_session(session: Session, path: Path, folder: Path, key: dict[str, Any], job: Job) -> None:
-    from processing.review.session import SessionReview  # slow to import
+    from orbitscan.processing.review.session import SessionReview  # slow to import
 
     truth = session.truth()
     classifier = _load_classifier(job.model) if job.model else None
@@ -163,7 +163,7 @@ def _write_registered(folder: Path, session: Session, result: SessionResult) -> 
 
 
 def _draw_figures(folder: Path) -> None:
-    from processing.review.figures import write_figures  # slow to import
+    from orbitscan.processing.review.figures import write_figures  # slow to import
 
     write_figures(folder)
 
@@ -171,7 +171,7 @@ def _draw_figures(folder: Path) -> None:
 def _load_classifier(model: Path) -> "Classifier":
     import torch
 
-    from processing.classification.classifier import Classifier  # slow to import
+    from orbitscan.processing.classification.classifier import Classifier  # slow to import
 
     torch.set_num_threads(1)  # a sum in another order might differ in its last bit
     return Classifier(model)

@@ -6,12 +6,12 @@ from typing import Any
 
 import typer
 
-from processing.batch import Outcome
-from processing.printing import print_table
-from processing.results.confusion import count_confusion, write_csv
-from processing.results.confusion import tabulate as tabulate_confusion
-from processing.results.records import METHODS
-from processing.results.summary import Row, read_row, worst_first, write_table
+from orbitscan.processing.batch import Outcome
+from orbitscan.processing.printing import print_table
+from orbitscan.processing.results.confusion import count_confusion, write_csv
+from orbitscan.processing.results.confusion import tabulate as tabulate_confusion
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.summary import Row, read_row, worst_first, write_table
 
 SHOWN_RECORDINGS = 12  # of a batch; the rest is in summary.csv
 _COLUMNS = {  # of the printed table -> key of the summary, factor to the unit shown
@@ -38,7 +38,7 @@ def report_batch(outcomes: Sequence[Outcome], results: Path, figures: bool = Fal
     if len(outcomes) > 1:
         _write_summary(rows, results)
     if len(outcomes) > 1 and figures:
-        from processing.review.batch_figure import write_batch_figure
+        from orbitscan.processing.review.batch_figure import write_batch_figure
 
         write_batch_figure(results, {row.session: _summaries(row) for row in rows if row.results})
 
@@ -54,8 +54,8 @@ def _row(outcome: Outcome) -> Row:
 
 
 def _write_summary(rows: Sequence[Row], results: Path) -> None:
-    from processing.review.batch import conclude, write_batch
-    from processing.review.confusion import count_right
+    from orbitscan.processing.review.batch import conclude, write_batch
+    from orbitscan.processing.review.confusion import count_right
 
     confusion = count_confusion([row.folder for row in rows if row.folder])
     write_table(results, rows)

@@ -2,29 +2,46 @@
 
 from dataclasses import replace
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from processing import model_cli, reproduce_cli, review_cli
-from recorder import cli as recorder_cli
-from recorder.exceptions import InvalidOption
-from recorder.progress import progress
+from orbitscan.processing import model_cli, reproduce_cli, review_cli
+from orbitscan.recorder import cli as recorder_cli
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.progress import progress
 
 if TYPE_CHECKING:
-    from processing.batch import Job, Outcome
-    from processing.settings import Settings
+    from orbitscan.processing.batch import Job, Outcome
+    from orbitscan.processing.settings import Settings
 
 VIEWER = "rerun+http://127.0.0.1:9876/proxy"  # where `rerun` listens
 
 app = typer.Typer(
     name="orbitscan",
-    help="Scans of objects: recorded as MCAP, registered into the whole object, reviewed in Rerun.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=False,
 )
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"orbitscan {version('orbitscan')}")
+        raise typer.Exit
+
+
+@app.callback()
+def orbitscan(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Scans of objects: recorded as MCAP, registered into the whole object, reviewed in Rerun."""
+
+
 recorder_cli.mount(app)
 model_cli.mount(app)
 reproduce_cli.mount(app)
@@ -70,10 +87,10 @@ def process(
 
     orbitscan process bottle.mcap -o results --step-deg 20 --mesh
     """
-    from processing.batch_report import report_batch
-    from processing.compilation import ensure_compiled
-    from processing.inputs import find_recordings, find_unfinished
-    from processing.workers import process_all
+    from orbitscan.processing.batch_report import report_batch
+    from orbitscan.processing.compilation import ensure_compiled
+    from orbitscan.processing.inputs import find_recordings, find_unfinished
+    from orbitscan.processing.workers import process_all
 
     found = find_recordings(recordings)
     steps = _choose_settings(settings, step_deg, mesh)
@@ -105,7 +122,7 @@ def process(
 
 def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings":
     """The settings of a file, or the default ones, with what the command line says besides."""
-    from processing.settings import Settings, read_settings
+    from orbitscan.processing.settings import Settings, read_settings
 
     if step_deg is not None and not 0 < abs(step_deg) < 180:
         raise InvalidOption(f"--step-deg {step_deg:g}", "no step of a turntable", "give degrees, such as 20 or -20")
@@ -119,7 +136,7 @@ def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings
 
 def _choose_viewer(address: str) -> str:
     """The address of a viewer, of which one may be opened later; says so where nobody listens."""
-    from processing.review.growing import is_address, is_open
+    from orbitscan.processing.review.growing import is_address, is_open
 
     if not is_address(address):
         raise InvalidOption(f"--viewer {address}", "no address of a viewer", f"write it like {VIEWER}")
@@ -133,7 +150,7 @@ def _choose_viewer(address: str) -> str:
 
 def _choose_model(name: str) -> Path | None:
     """The file of the model that classifies; None for none. Raises InvalidOption where there is no such file."""
-    from processing.classification import PACKAGED
+    from orbitscan.processing.classification import PACKAGED
 
     if name == "none":
         return None
@@ -153,10 +170,10 @@ def _make_job(
     overwrite: bool,
     workers: int,
 ) -> "Job":
-    from processing.batch import Job
-    from processing.results.records import METHODS
-    from processing.settings import THESIS_METHODS
-    from processing.workers import threads_per_worker
+    from orbitscan.processing.batch import Job
+    from orbitscan.processing.results.records import METHODS
+    from orbitscan.processing.settings import THESIS_METHODS
+    from orbitscan.processing.workers import threads_per_worker
 
     asked = [method.strip().replace("-", "_") for method in methods.split(",") if method.strip()]
     if unknown := [method for method in asked if method not in METHODS]:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from processing.features import keypoints, normals, quadric, shot
-from processing.reconstruction import normal_equations, partners, ransac, refinement, starts
+from orbitscan.processing.features import keypoints, normals, quadric, shot
+from orbitscan.processing.reconstruction import normal_equations, partners, ransac, refinement, starts
 
 KERNELS = (
     normals._normals,
@@ -41,8 +41,8 @@ def ensure_compiled(say: Callable[[str], None]) -> None:
 
 def compile_kernels() -> None:
     """Compile, or load from the cache, every kernel by using it once on a small scan."""
-    from processing.pipeline import process
-    from recorder.session import SessionInfo, View, in_memory
+    from orbitscan.processing.pipeline import process
+    from orbitscan.recorder.session import SessionInfo, View, in_memory
 
     if not compiled():
         for path in {_cache(kernel) for kernel in KERNELS}:

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from processing.reconstruction.freedom import take_out
-from processing.results.records import (
+from orbitscan.processing.reconstruction.freedom import take_out
+from orbitscan.processing.results.records import (
     Centroid,
     MethodResult,
     PairErrors,
@@ -17,7 +17,7 @@ from processing.results.records import (
     ViewResult,
     summarize,
 )
-from recorder import poses
+from orbitscan.recorder import poses
 
 Truth = Mapping[int, np.ndarray]  # T_object_camera by recorded index
 

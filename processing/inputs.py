@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from itertools import filterfalse
 from pathlib import Path
 
-from recorder.exceptions import InvalidOption, UnreadableRecording
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
 
 
 def find_recordings(inputs: Sequence[Path]) -> list[Path]:

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from processing.classification import PACKAGED
-from recorder import cli as recorder_cli
-from recorder.exceptions import InvalidOption, UnreadableCloud, UnwritableOutput
-from recorder.progress import progress
+from orbitscan.processing.classification import PACKAGED
+from orbitscan.recorder import cli as recorder_cli
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud, UnwritableOutput
+from orbitscan.recorder.progress import progress
 
 if TYPE_CHECKING:
-    from processing.classification.labelled_views import LabelledViews, Split
-    from processing.classification.training import TrainingSettings
-    from processing.results.records import SessionClassification, ViewClassification
-    from recorder.session import Session
+    from orbitscan.processing.classification.labelled_views import LabelledViews, Split
+    from orbitscan.processing.classification.training import TrainingSettings
+    from orbitscan.processing.results.records import SessionClassification, ViewClassification
+    from orbitscan.recorder.session import Session
 
 Unit = Literal["m", "cm", "mm"]
 
@@ -49,8 +49,8 @@ def classify(
     import json
     from dataclasses import asdict
 
-    from processing.classification.classifier import Classifier
-    from processing.results.files import describe_damage
+    from orbitscan.processing.classification.classifier import Classifier
+    from orbitscan.processing.results.files import describe_damage
 
     session = _open(what, axes, units, scale, columns)
     classifier = Classifier(model)
@@ -109,12 +109,12 @@ def train(
       orbitscan train corpus/ -o model.pt --unknown others/
       orbitscan train lidar/ -o lidar.pt --validate 20% --test 20%
     """
-    from processing.classification import checkpoint
-    from processing.classification.evaluation import EpochRecord
-    from processing.classification.labelled_views import gather, join, split_views
-    from processing.classification.training import train as run
-    from processing.inputs import find_recordings
-    from processing.review.training import TrainingReview
+    from orbitscan.processing.classification import checkpoint
+    from orbitscan.processing.classification.evaluation import EpochRecord
+    from orbitscan.processing.classification.labelled_views import gather, join, split_views
+    from orbitscan.processing.classification.training import train as run
+    from orbitscan.processing.inputs import find_recordings
+    from orbitscan.processing.review.training import TrainingReview
 
     _check_output(output)
     chosen = _choose_settings(settings, structure, init, orientation, epochs)
@@ -171,14 +171,14 @@ def mount(app: typer.Typer) -> None:
 def _open(what: Path, axes: str | None, units: str | None, scale: float | None, columns: str | None) -> Session:
     """A recording, or a cloud as a session of one view."""
     if what.suffix.lower() == ".mcap":
-        from recorder import mcap_file
+        from orbitscan.recorder import mcap_file
 
         for name, said in (("axes", axes), ("units", units), ("scale", scale), ("columns", columns)):
             if said is not None:
                 raise InvalidOption(f"--{name} {said}", "a recording says it itself", "leave it out")
         return mcap_file.read(what)
-    from recorder.sources import open_capture
-    from recorder.sources.options import CaptureOptions
+    from orbitscan.recorder.sources import open_capture
+    from orbitscan.recorder.sources.options import CaptureOptions
 
     if what.is_dir():
         raise InvalidOption(what, "is a folder", "name one cloud, or make a recording of it with 'orbitscan convert'")
@@ -203,7 +203,7 @@ def _sentence(fused: SessionClassification) -> str:
 
 
 def _read(paths: list[Path], what: str) -> Iterator[Session]:
-    from recorder import mcap_file
+    from orbitscan.recorder import mcap_file
 
     for session in progress(map(mcap_file.read, paths), len(paths), what):
         if session.damage:
@@ -215,8 +215,8 @@ def _choose_settings(
     name: str, structure: str, init: str | None, orientation: bool, epochs: int | None
 ) -> TrainingSettings:
     """The settings of a preset or a file, with what the command line says besides."""
-    from processing.classification.training import THESIS, TrainingSettings
-    from processing.settings import read_settings
+    from orbitscan.processing.classification.training import THESIS, TrainingSettings
+    from orbitscan.processing.settings import read_settings
 
     if name == "thesis":
         chosen = THESIS

@@ -9,31 +9,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from processing.features.keypoints import detect_keypoints
-from processing.features.shot import describe
-from processing.reconstruction.competition import doubt
-from processing.reconstruction.joint import refine_jointly
-from processing.reconstruction.matching import match
-from processing.reconstruction.model import build_model
-from processing.reconstruction.pair import (
+from orbitscan.processing.features.keypoints import detect_keypoints
+from orbitscan.processing.features.shot import describe
+from orbitscan.processing.reconstruction.competition import doubt
+from orbitscan.processing.reconstruction.joint import refine_jointly
+from orbitscan.processing.reconstruction.matching import match
+from orbitscan.processing.reconstruction.model import build_model
+from orbitscan.processing.reconstruction.pair import (
     Matches,
     last_correspondences,
     register_competing,
     register_consensus,
     register_icp,
 )
-from processing.reconstruction.prepared import Prepared, Shelf
-from processing.reconstruction.ransac import estimate_pose
-from processing.reconstruction.trajectory import Placed, Trajectory
-from processing.reconstruction.turntable import fit_turntable
-from processing.results.records import METHODS, PairEstimate, SessionResult, ViewRecord, ViewResult
-from processing.settings import Settings
-from processing.surface import Scale, choose_scale, prepare
-from processing.timing import SESSION, Stopwatch, total
-from recorder.session import SessionInfo, View, Views
+from orbitscan.processing.reconstruction.prepared import Prepared, Shelf
+from orbitscan.processing.reconstruction.ransac import estimate_pose
+from orbitscan.processing.reconstruction.trajectory import Placed, Trajectory
+from orbitscan.processing.reconstruction.turntable import fit_turntable
+from orbitscan.processing.results.records import METHODS, PairEstimate, SessionResult, ViewRecord, ViewResult
+from orbitscan.processing.settings import Settings
+from orbitscan.processing.surface import Scale, choose_scale, prepare
+from orbitscan.processing.timing import SESSION, Stopwatch, total
+from orbitscan.recorder.session import SessionInfo, View, Views
 
 if TYPE_CHECKING:
-    from processing.classification.classifier import Classifier
+    from orbitscan.processing.classification.classifier import Classifier
 
 _STREAMED = ("icp", "ransac_icp", "pairwise")  # place a view when it comes; `refined` begins where `pairwise` ends
 _USE_FEATURES = ("ransac_icp", "pairwise", "refined")

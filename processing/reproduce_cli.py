@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from processing.model_cli import choose_device
-from processing.reproduction import STUDIES, find
-from recorder.exceptions import InvalidOption, ScanError
-from recorder.progress import progress
+from orbitscan.processing.model_cli import choose_device
+from orbitscan.processing.reproduction import STUDIES, find
+from orbitscan.recorder.exceptions import InvalidOption, ScanError
+from orbitscan.recorder.progress import progress
 
 if TYPE_CHECKING:
-    from processing.reproduction.report import Report
+    from orbitscan.processing.reproduction.report import Report
 
 _SHOWN_ROWS = 40
 _LOG_WIDTH = 140
@@ -50,9 +50,9 @@ def reproduce(
         raise InvalidOption(what, "no table or figure of the thesis", f"choose all, or one of {', '.join(STUDIES)}")
     from os import cpu_count
 
-    from processing.compilation import ensure_compiled
-    from processing.reproduction.plan import Plan
-    from processing.reproduction.report import write
+    from orbitscan.processing.compilation import ensure_compiled
+    from orbitscan.processing.reproduction.plan import Plan
+    from orbitscan.processing.reproduction.report import write
 
     plan = Plan(
         folder=output,
@@ -80,7 +80,7 @@ def reproduce(
         _print_report(report)
         typer.echo(f"See {', '.join(map(str, paths))}\n")
     if what == "all":
-        from processing.reproduction.index import write_index
+        from orbitscan.processing.reproduction.index import write_index
 
         page, recording = write_index(plan)
         typer.echo(f"Look at it all: {page}, and orbitscan view {recording}")

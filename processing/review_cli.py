@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption
 
 if TYPE_CHECKING:
-    from processing.results.changes import Comparison
+    from orbitscan.processing.results.changes import Comparison
 
 SHOWN_SESSIONS = 8  # of a batch that `view` opens, a few hundred megabytes at most
 SHOWN_ROWS = 20  # of a table that `compare` prints
@@ -55,7 +55,7 @@ def view(
         typer.echo(f"{left_out} less bad {sessions} left out: --most {most + left_out} opens all, or name one.")
     import subprocess
 
-    from processing.review.picture import find_viewer
+    from orbitscan.processing.review.picture import find_viewer
 
     # The viewer shows the last one that it is given, and lists all.
     status = subprocess.call([str(find_viewer()), *(str(file) for file in reversed(files))])
@@ -80,12 +80,12 @@ def compare(
       orbitscan compare before/ after/
       orbitscan compare before/bunny after/bunny --rrd bunny.rrd
     """
-    from processing.results.comparison import compare_folders
-    from processing.review.changes import conclude
+    from orbitscan.processing.results.comparison import compare_folders
+    from orbitscan.processing.review.changes import conclude
 
     found = compare_folders(a, b)
     if rrd is not None:  # first: whoever reads what is printed may stop reading
-        from processing.review.comparison import write_comparison
+        from orbitscan.processing.review.comparison import write_comparison
 
         write_comparison(rrd, found, a, b)
     if as_json:
@@ -128,7 +128,7 @@ def choose_files(what: Path, most: int) -> tuple[list[Path], int]:
 
 def _order(folders: Iterable[Path]) -> list[Path]:
     """Results, worst first; what cannot be read is before all."""
-    from processing.results.summary import Row, read_row, worst_first
+    from orbitscan.processing.results.summary import Row, read_row, worst_first
 
     def read(folder: Path) -> Row:
         try:
@@ -143,7 +143,7 @@ def _order(folders: Iterable[Path]) -> list[Path]:
 
 
 def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> None:
-    from processing.review.picture import take_picture
+    from orbitscan.processing.review.picture import take_picture
 
     sides = size.split("x")
     if len(sides) != 2 or not all(side.isdigit() and 200 <= int(side) <= 8000 for side in sides):
@@ -157,7 +157,7 @@ def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> 
 
 def _print_changes(found: Comparison) -> None:
     """What else differs, the sessions of a batch, and the views that changed, worst first."""
-    from processing.review.changes import (
+    from orbitscan.processing.review.changes import (
         BRIEF_HEADER,
         METHOD_HEADER,
         SESSION_HEADER,
@@ -195,7 +195,7 @@ def _print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]
     """The first rows, and how many of `total` are not shown."""
     from rich.text import Text
 
-    from processing.printing import print_table
+    from orbitscan.processing.printing import print_table
 
     columns = {name: {"overflow": "fold", "no_wrap": name in _NARROW} for name in header}
     cells = [[Text(cell, style=_COLORS.get(cell, "")) for cell in row] for row in rows[:SHOWN_ROWS]]

@@ -7,16 +7,16 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from processing.features.keypoints import KeypointSettings
-from processing.features.shot import ShotSettings
-from processing.reconstruction.competition import PairSettings
-from processing.reconstruction.graph import GraphSettings
-from processing.reconstruction.matching import MatchSettings
-from processing.reconstruction.model import ModelSettings
-from processing.reconstruction.ransac import RansacSettings
-from processing.reconstruction.turntable import TurntableSettings
-from processing.surface import SurfaceSettings
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.features.keypoints import KeypointSettings
+from orbitscan.processing.features.shot import ShotSettings
+from orbitscan.processing.reconstruction.competition import PairSettings
+from orbitscan.processing.reconstruction.graph import GraphSettings
+from orbitscan.processing.reconstruction.matching import MatchSettings
+from orbitscan.processing.reconstruction.model import ModelSettings
+from orbitscan.processing.reconstruction.ransac import RansacSettings
+from orbitscan.processing.reconstruction.turntable import TurntableSettings
+from orbitscan.processing.surface import SurfaceSettings
+from orbitscan.recorder.exceptions import InvalidOption
 
 Kind = TypeVar("Kind")
 THESIS_METHODS = ("icp", "ransac_icp")  # `--settings thesis`: all else the thesis gives is the default already

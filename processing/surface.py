@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.features import grid
-from processing.features.normals import estimate_normals
-from processing.features.quadric import fit_quadrics
-from recorder import cloud
-from recorder.session import View, Views
+from orbitscan.processing.features import grid
+from orbitscan.processing.features.normals import estimate_normals
+from orbitscan.processing.features.quadric import fit_quadrics
+from orbitscan.recorder import cloud
+from orbitscan.recorder.session import View, Views
 
 
 @dataclass(frozen=True)

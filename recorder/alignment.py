@@ -12,10 +12,10 @@ from itertools import permutations, product
 import numpy as np
 from scipy.spatial import cKDTree
 
-from recorder import cloud, poses
-from recorder.conversion import DIRECTIONS, METRES, Conversion, recorded
-from recorder.exceptions import InvalidOption
-from recorder.session import Session
+from orbitscan.recorder import cloud, poses
+from orbitscan.recorder.conversion import DIRECTIONS, METRES, Conversion, recorded
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import Session
 
 BEST_ANGLE, LAST_ANGLE = np.deg2rad(30), np.deg2rad(75)  # between two views: much overlap, yet a wrong pose shows
 EDGES = 0.15  # views an angle a apart share 1 - a / pi of a sphere, less this at its edges

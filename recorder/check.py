@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from recorder import cloud, poses
-from recorder.alignment import Judgement, judge, right_handed_axes
-from recorder.conversion import Conversion, recorded
-from recorder.exceptions import InvalidPose
-from recorder.session import Session, SessionInfo, View
+from orbitscan.recorder import cloud, poses
+from orbitscan.recorder.alignment import Judgement, judge, right_handed_axes
+from orbitscan.recorder.conversion import Conversion, recorded
+from orbitscan.recorder.exceptions import InvalidPose
+from orbitscan.recorder.session import Session, SessionInfo, View
 
 FEW_POINTS = 10
 LINE, PLANE = 0.01, 0.01  # spread across over spread along, below which a cloud is no more than that

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TypeVar
 
 import typer
 
-from recorder.exceptions import InvalidOption, InvalidPose, ScanError, UnreadableCloud
-from recorder.progress import counter, progress
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, ScanError, UnreadableCloud
+from orbitscan.recorder.progress import counter, progress
 
 if TYPE_CHECKING:
-    from recorder.check import Finding
-    from recorder.session import Session, SessionInfo, View
+    from orbitscan.recorder.check import Finding
+    from orbitscan.recorder.session import Session, SessionInfo, View
 
 Item = TypeVar("Item")
 INFO_VIEWS = "9"  # views that `info` measures
@@ -105,10 +105,10 @@ def convert(
       orbitscan convert rgbd-dataset/ -o recordings/
       orbitscan convert lidar/ -o recordings/ --categories-from-folders --axes LUF --scale 0.2
     """
-    from recorder import mcap_file
-    from recorder.check import check as find
-    from recorder.sources import open_capture
-    from recorder.sources.options import CaptureOptions
+    from orbitscan.recorder import mcap_file
+    from orbitscan.recorder.check import check as find
+    from orbitscan.recorder.sources import open_capture
+    from orbitscan.recorder.sources.options import CaptureOptions
 
     options = CaptureOptions(
         format=format,
@@ -198,8 +198,8 @@ def simulate(
       orbitscan simulate coffee_mug -o mug.mcap --sensor kinect
       orbitscan simulate corpus -o corpus/ --every 10 --workers 4
     """
-    from recorder.session import DEFAULT_VIEWS
-    from recorder.sources import virtual
+    from orbitscan.recorder.session import DEFAULT_VIEWS
+    from orbitscan.recorder.sources import virtual
 
     options = {"every": every, "distance": distance, "focal": focal, "noise_mm": noise_mm, "seed": seed}
     if what in ("corpus", "others"):
@@ -232,7 +232,7 @@ def _record_corpus(
     sensor: "Sensor",
     options: dict[str, Any],
 ) -> None:
-    from recorder import corpus, objects
+    from orbitscan.recorder import corpus, objects
 
     if instances is not None and instances < 1:
         raise InvalidOption(f"--instances {instances}", "a category has at least one", "give 1 or more")
@@ -255,9 +255,9 @@ def info(recording: Recording) -> None:
     """
     import numpy as np
 
-    from recorder import cloud, mcap_file
-    from recorder.check import length, name_views
-    from recorder.session import DEFAULT_VIEWS, select_views
+    from orbitscan.recorder import cloud, mcap_file
+    from orbitscan.recorder.check import length, name_views
+    from orbitscan.recorder.session import DEFAULT_VIEWS, select_views
 
     session = mcap_file.read(recording)
     facts = session.info
@@ -305,8 +305,8 @@ def check(recording: Recording) -> None:
     Example:
       orbitscan check mug.mcap
     """
-    from recorder import mcap_file
-    from recorder.check import check as find
+    from orbitscan.recorder import mcap_file
+    from orbitscan.recorder.check import check as find
 
     findings = find(mcap_file.read(recording))
     for finding in findings:
@@ -347,7 +347,7 @@ def _place(session: "Session", output: Path, name: str | None) -> tuple[Path, "S
 
 
 def _write(session: "Session", path: Path) -> None:
-    from recorder import mcap_file
+    from orbitscan.recorder import mcap_file
 
     with counter(len(session.names), path.name) as advance:
 
@@ -362,7 +362,7 @@ def _write(session: "Session", path: Path) -> None:
 
 def _record_collection(sessions: Sequence["Session"], output: Path) -> bool:
     """Whether something failed; prints what did, how many each category has, and which option mends them all."""
-    from recorder import mcap_file
+    from orbitscan.recorder import mcap_file
 
     recorded = []
     for session in progress(sessions, len(sessions), "Converting"):
@@ -384,9 +384,9 @@ def _record_collection(sessions: Sequence["Session"], output: Path) -> bool:
 
 def _check_as_one(recorded: Sequence[tuple[Path, "SessionInfo"]]) -> list["Finding"]:
     """What an option of `convert` would mend in recordings of a view each: axes and sizes are those of most."""
-    from recorder import mcap_file
-    from recorder.check import check as find
-    from recorder.session import Session
+    from orbitscan.recorder import mcap_file
+    from orbitscan.recorder.check import check as find
+    from orbitscan.recorder.session import Session
 
     if not recorded:
         return []

@@ -4,9 +4,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from recorder import poses
-from recorder.exceptions import InvalidOption
-from recorder.session import SessionInfo
+from orbitscan.recorder import poses
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import SessionInfo
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 DIRECTIONS = ("camera-to-object", "object-to-camera")

@@ -8,10 +8,10 @@ from os import cpu_count
 from pathlib import Path
 from typing import Literal
 
-from recorder import mcap_file
-from recorder.exceptions import InvalidOption, UnwritableOutput
-from recorder.session import Session
-from recorder.sources.virtual import simulate
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources.virtual import simulate
 
 INSTANCES = {  # thesis table 3.1; the last of each is the test instance
     "apple": 5,

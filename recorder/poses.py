@@ -7,7 +7,7 @@ ROS REP 103). Quaternions are Hamilton's, written x y z w.
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from recorder.exceptions import InvalidOption, InvalidPose
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose
 
 ROTATION_TOLERANCE = 1e-3  # pose files carry as few as four digits
 _DIRECTIONS = {  # a letter of a frame's name -> the direction its axis points to, in RDF

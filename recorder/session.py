@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption
 
 DEFAULT_VIEWS = 18  # thesis 5.2: 20 degrees apart
 ESTIMATED = "estimated by"  # how `source_poses` starts where a recording's poses are no ground truth

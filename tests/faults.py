@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from recorder import mcap_file
+from orbitscan.recorder import mcap_file
 from tests.geometry import bottle, scan
 from tests.viewer import RERUN
 

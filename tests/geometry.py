@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from recorder import poses
-from recorder.session import Session, SessionInfo, View, in_memory
+from orbitscan.recorder import poses
+from orbitscan.recorder.session import Session, SessionInfo, View, in_memory
 
 # The blob's bumps: four large ones, and knobs that features tell apart, as no two are of one size.
 _DRAWN = np.random.default_rng(7)

@@ -1,6 +1,8 @@
-"""Two packages, one direction, one page: an import against the order fails here."""
+"""Two packages, one name, one direction, one page: an import against the order fails here."""
 
 import ast
+import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -37,6 +39,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "reproduce_cli",
     "review_cli",
     "cli",
+    "api",
 ]
 MODULES = sorted(
     str(path.relative_to(ROOT).with_suffix("")).replace("/", ".").removesuffix(".__init__")
@@ -50,12 +53,13 @@ def imports(module):
     path = path if path.exists() else ROOT / module.replace(".", "/") / "__init__.py"
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (name.name for name in node.names)
+            yield from (name.name.removeprefix("orbitscan.") for name in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{module} imports relatively"
+            home = node.module.removeprefix("orbitscan.")
             for name in node.names:
-                full = f"{node.module}.{name.name}"
-                yield full if full in MODULES else node.module
+                full = f"{home}.{name.name}"
+                yield full if full in MODULES else home
 
 
 def rank(module):
@@ -79,6 +83,23 @@ def test_processing_imports_only_upwards(module):
             assert rank(name) <= rank(module), f"{module} imports {name}"
         if name == "recorder.cli":
             assert module in ("processing.cli", "processing.model_cli")
+
+
+BARE_IMPORT = re.compile(r"^[\s\"'`>]*(?:from|import) (?:recorder|processing)\b(?!\S*/)", re.MULTILINE)
+
+
+def test_what_is_imported_is_orbitscan():
+    """In a clone `import processing` works too: it would load everything a second time."""
+    texts = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    for folder in ("recorder", "processing", "tests"):
+        texts += (ROOT / folder).rglob("*.py")
+    assert not [str(path) for path in texts if BARE_IMPORT.search(path.read_text(encoding="utf-8"))]
+
+
+def test_every_folder_is_a_package_of_the_wheel():
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]["packages"]
+    found = {f"orbitscan.{module}" for module in MODULES if (ROOT / module.replace(".", "/")).is_dir()}
+    assert declared == sorted(found - {"orbitscan.processing.api"} | {"orbitscan"})
 
 
 def test_the_page_knows_of_the_recorder_only_the_session():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from processing.errors import center_error, rotation_error_deg
-from recorder import poses
+from orbitscan.processing.errors import center_error, rotation_error_deg
+from orbitscan.recorder import poses
 from tests.benchmarks import floor
 from tests.benchmarks.scores import score_pair, score_session
 from tests.benchmarks.sessions import Case, build

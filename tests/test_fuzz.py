@@ -74,14 +74,14 @@ def test_the_records_follow_each_other_to_the_end(original):
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="nothing interrupts here")
 def test_a_command_that_breaks_or_hangs_is_noticed(monkeypatch):
     monkeypatch.setattr("tests.fuzz.commands.LIMIT_S", 0.3)
-    monkeypatch.setattr("recorder.mcap_file.read", lambda _: 1 / 0)
+    monkeypatch.setattr("orbitscan.recorder.mcap_file.read", lambda _: 1 / 0)
     assert "ZeroDivisionError" in run_command("info", "x.mcap").broke
 
     def hang(_):
         while True:
             pass
 
-    monkeypatch.setattr("recorder.mcap_file.read", hang)
+    monkeypatch.setattr("orbitscan.recorder.mcap_file.read", hang)
     hanging = run_command("info", "x.mcap")
     assert "TooSlow" in hanging.broke
     assert hanging.seconds < 3

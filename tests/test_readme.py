@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recorder import mcap_file, poses
-from recorder.sources import ply_file
+from orbitscan.recorder import mcap_file, poses
+from orbitscan.recorder.sources import ply_file
 from tests.geometry import scan
 from tests.viewer import RERUN
 

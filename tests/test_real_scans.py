@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from processing.batch import Job, process_recording
-from processing.classification.classifier import Classifier
-from processing.results.files import read_results
-from recorder import mcap_file
-from recorder.sources import open_capture
-from recorder.sources.virtual import simulate
+from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.classification.classifier import Classifier
+from orbitscan.processing.results.files import read_results
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.sources import open_capture
+from orbitscan.recorder.sources.virtual import simulate
 
 
 def convert(source, folder):

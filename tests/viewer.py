@@ -2,8 +2,8 @@
 
 from functools import partial
 
-from processing.review import picture
-from processing.review.picture import NoViewer, find_reports, find_viewer, show_tab
+from orbitscan.processing.review import picture
+from orbitscan.processing.review.picture import NoViewer, find_reports, find_viewer, show_tab
 
 __all__ = ["RERUN", "NoViewer", "find_reports", "open_viewer", "show_tab"]
 

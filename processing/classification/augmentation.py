@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import torch
 
-from processing.classification.voxels import Clouds, bounding_spheres
+from orbitscan.processing.classification.voxels import Clouds, bounding_spheres
 
 _SIDEWAYS_DEG = 45.0  # the elevation taken for a camera whose own is not known
 

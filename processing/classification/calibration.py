@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.special import log_softmax, logsumexp
 
-from processing.classification.checkpoint import Calibration
+from orbitscan.processing.classification.checkpoint import Calibration
 
 KEPT = 0.95  # of known validation views
 LEAST_DEVIATION = 0.35  # of log r: a third, however alike the instances are

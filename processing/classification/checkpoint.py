@@ -11,10 +11,10 @@ from typing import Any
 import torch
 from pydantic import TypeAdapter, ValidationError
 
-from processing.classification import PACKAGED
-from processing.classification.network import Network
-from processing.classification.voxels import VoxelSettings
-from recorder.exceptions import ScanError, UnwritableOutput
+from orbitscan.processing.classification import PACKAGED
+from orbitscan.processing.classification.network import Network
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.recorder.exceptions import ScanError, UnwritableOutput
 
 FORMAT_VERSION = 1
 _REMEDY = "name a model made by 'orbitscan train'"

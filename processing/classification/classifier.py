@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -11,18 +11,35 @@ import numpy as np
 import torch
 from scipy.special import logsumexp, softmax
 
-from processing.classification import PACKAGED
-from processing.classification import checkpoint as files
-from processing.classification.calibration import joint_logits, log_probabilities, open_set_scores
-from processing.classification.checkpoint import Checkpoint
-from processing.classification.labelled_views import FEWEST_POINTS
-from processing.classification.voxels import pack, trim, voxel_grids
-from processing.results.records import SessionClassification, ViewClassification
-from recorder.cloud import finite
+from orbitscan.processing.classification import PACKAGED
+from orbitscan.processing.classification import checkpoint as files
+from orbitscan.processing.classification.calibration import joint_logits, log_probabilities, open_set_scores
+from orbitscan.processing.classification.checkpoint import Checkpoint
+from orbitscan.processing.classification.labelled_views import FEWEST_POINTS
+from orbitscan.processing.classification.voxels import pack, trim, voxel_grids
+from orbitscan.processing.results.records import SessionClassification, ViewClassification
+from orbitscan.recorder.cloud import finite
+from orbitscan.recorder.session import Session, View
 
 DIGITS = 4  # of a probability: the same on every machine
 ODD = 4.0  # standard deviations of log r
 _BATCH = 16  # views: more do not fit a processor's cache
+
+
+def classify(
+    scan: Session | Iterable[View] | np.ndarray, model: str | Path = PACKAGED, device: str = "cpu"
+) -> SessionClassification | None:
+    """What the views of a session, or one view's points (N, 3) [m] (x right, y down, z forward), show together.
+
+    None where no view has points enough. Raises UnreadableModel for a file that holds no model.
+    """
+    if isinstance(scan, np.ndarray):
+        views = [View(0, "", 0, scan)]
+    else:
+        views = list(scan.views() if isinstance(scan, Session) else scan)
+    classifier = Classifier(Path(model), device)
+    found = classifier.classify_views([view.index for view in views], [view.points for view in views])
+    return classifier.fuse([view for view in found if view is not None])
 
 
 class Classifier:

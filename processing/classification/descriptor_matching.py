@@ -13,11 +13,11 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from processing.features import esf, fpfh, pfh, shot
-from processing.features.grid import cell_means
-from processing.features.normals import estimate_normals
-from recorder.cloud import finite
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.features import esf, fpfh, pfh, shot
+from orbitscan.processing.features.grid import cell_means
+from orbitscan.processing.features.normals import estimate_normals
+from orbitscan.recorder.cloud import finite
+from orbitscan.recorder.exceptions import InvalidOption
 
 Kind = Literal["shot", "fpfh", "pfh", "esf"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

@@ -9,11 +9,11 @@ import numpy as np
 import torch
 from torch.nn import functional
 
-from processing.classification.calibration import joint_logits, log_probabilities
-from processing.classification.checkpoint import Calibration
-from processing.classification.labelled_views import LabelledViews
-from processing.classification.network import Network
-from processing.classification.voxels import VoxelSettings, voxel_grids
+from orbitscan.processing.classification.calibration import joint_logits, log_probabilities
+from orbitscan.processing.classification.checkpoint import Calibration
+from orbitscan.processing.classification.labelled_views import LabelledViews
+from orbitscan.processing.classification.network import Network
+from orbitscan.processing.classification.voxels import VoxelSettings, voxel_grids
 
 _BATCH = 256  # views at once where nothing is learnt
 

@@ -12,10 +12,10 @@ import numpy as np
 import torch
 from natsort import natsorted
 
-from processing.classification.voxels import Clouds, trim
-from recorder.cloud import finite
-from recorder.exceptions import InvalidOption
-from recorder.session import Session
+from orbitscan.processing.classification.voxels import Clouds, trim
+from orbitscan.recorder.cloud import finite
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import Session
 
 MAX_POINTS = 8192  # kept of a view, each then standing for several: 50 kB, so that 30,000 views stay below 1.5 GB
 FEWEST_POINTS = 16  # a view with less shows nothing to learn from

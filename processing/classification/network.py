@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import torch
 from torch import nn
 
-from recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption
 
 BODY = "C(32,5,2)-C(32,3)-P(2)-C(16,3)-P(2)"  # table 5.1's best; a dense layer for the categories follows
 DROPOUT = 0.1  # not in the thesis

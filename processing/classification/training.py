@@ -15,16 +15,16 @@ import torch
 from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveInt
 from torch.nn import functional
 
-from processing.classification import checkpoint as files
-from processing.classification.augmentation import AugmentationSettings, augment
-from processing.classification.calibration import calibrate, joint_logits, measure_sizes
-from processing.classification.checkpoint import Calibration, Checkpoint
-from processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
-from processing.classification.initialization import Init, initialise
-from processing.classification.labelled_views import LabelledViews, Split
-from processing.classification.network import BODY, DROPOUT, Network
-from processing.classification.voxels import VoxelSettings, voxel_grids
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.classification import checkpoint as files
+from orbitscan.processing.classification.augmentation import AugmentationSettings, augment
+from orbitscan.processing.classification.calibration import calibrate, joint_logits, measure_sizes
+from orbitscan.processing.classification.checkpoint import Calibration, Checkpoint
+from orbitscan.processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
+from orbitscan.processing.classification.initialization import Init, initialise
+from orbitscan.processing.classification.labelled_views import LabelledViews, Split
+from orbitscan.processing.classification.network import BODY, DROPOUT, Network
+from orbitscan.processing.classification.voxels import VoxelSettings, voxel_grids
+from orbitscan.recorder.exceptions import InvalidOption
 
 RUNS = {  # of a circle that the orientation head tells apart, thesis table 3.2
     "apple": 1, "bell_pepper": 1, "bowl": 1, "cap": 6, "cell_phone": 6,

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from recorder.exceptions import MissingLibrary
+from orbitscan.recorder.exceptions import MissingLibrary
 
 LENGTH = 33
 

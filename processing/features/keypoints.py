@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.features.eigen import symmetric_eigen
-from processing.features.grid import Cells, build, rows_around
-from processing.features.moments import moments_around
-from processing.features.parallel import kernel, over_slices
+from orbitscan.processing.features.eigen import symmetric_eigen
+from orbitscan.processing.features.grid import Cells, build, rows_around
+from orbitscan.processing.features.moments import moments_around
+from orbitscan.processing.features.parallel import kernel, over_slices
 
 
 @dataclass(frozen=True)

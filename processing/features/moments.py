@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from processing.features.grid import Cells, rows_around
-from processing.features.parallel import kernel
+from orbitscan.processing.features.grid import Cells, rows_around
+from orbitscan.processing.features.parallel import kernel
 
 
 @kernel

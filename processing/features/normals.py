@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from processing.features.eigen import symmetric_eigen
-from processing.features.grid import Cells, build
-from processing.features.moments import moments_around
-from processing.features.parallel import kernel, over_slices
+from orbitscan.processing.features.eigen import symmetric_eigen
+from orbitscan.processing.features.grid import Cells, build
+from orbitscan.processing.features.moments import moments_around
+from orbitscan.processing.features.parallel import kernel, over_slices
 
 MIN_NEIGHBOURS = 3
 

@@ -6,17 +6,23 @@ from typing import Literal
 
 import numpy as np
 
-from processing.reconstruction import judgement, refinement
-from processing.reconstruction.freedom import hold, take_out
-from processing.reconstruction.judgement import Judgement, JudgementSettings
-from processing.reconstruction.matching import MatchSettings
-from processing.reconstruction.prepared import Prepared
-from processing.reconstruction.refinement import Refined, RefinementSettings
-from processing.reconstruction.starts import StartSettings
-from processing.reconstruction.symmetry import Motion, SymmetrySettings, find_freedoms, turned_around, weak_motions
-from processing.reconstruction.turntable import turn_by_step
-from processing.results.records import Candidate, Evidence, Freedom, PairEstimate
-from processing.surface import Surfels
+from orbitscan.processing.reconstruction import judgement, refinement
+from orbitscan.processing.reconstruction.freedom import hold, take_out
+from orbitscan.processing.reconstruction.judgement import Judgement, JudgementSettings
+from orbitscan.processing.reconstruction.matching import MatchSettings
+from orbitscan.processing.reconstruction.prepared import Prepared
+from orbitscan.processing.reconstruction.refinement import Refined, RefinementSettings
+from orbitscan.processing.reconstruction.starts import StartSettings
+from orbitscan.processing.reconstruction.symmetry import (
+    Motion,
+    SymmetrySettings,
+    find_freedoms,
+    turned_around,
+    weak_motions,
+)
+from orbitscan.processing.reconstruction.turntable import turn_by_step
+from orbitscan.processing.results.records import Candidate, Evidence, Freedom, PairEstimate
+from orbitscan.processing.surface import Surfels
 
 _SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place
 _SETTLING = (1.6, 0.8, 0.8, 0.4, 0.2)  # steps along a weak motion, in what makes two poses distinct

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.results.records import Turntable
-from recorder import poses
+from orbitscan.processing.results.records import Turntable
+from orbitscan.recorder import poses
 
 WIDEST_DEG = 45.0  # between neighbours; farther apart they share little of a surface
 MIN_VIEWS = 3

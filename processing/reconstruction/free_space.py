@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import minimum_filter
 
-from recorder import poses
+from orbitscan.recorder import poses
 
 _MAX_PIXELS = 4_000_000  # of a range image; a stray point far off makes the pixels coarser, not the image larger
 _NEAR = 3  # pixels across: a surface may be as near as the nearest of this neighbourhood

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from processing.results.records import Freedom
-from recorder import poses
+from orbitscan.processing.results.records import Freedom
+from orbitscan.recorder import poses
 
 _ROUNDS = 5  # of taking out one free motion after the other, where there are several
 

@@ -9,9 +9,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
-from processing.reconstruction.freedom import release
-from processing.results.records import PairEstimate
-from recorder import poses
+from orbitscan.processing.reconstruction.freedom import release
+from orbitscan.processing.results.records import PairEstimate
+from orbitscan.recorder import poses
 
 _QUARTER = 0.25  # the weight of an edge that disagrees as `GraphSettings.outlier` says
 

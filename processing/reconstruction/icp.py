@@ -4,9 +4,9 @@ import numpy as np
 from numba import get_num_threads
 from scipy.spatial import cKDTree
 
-from processing.reconstruction.ransac import fit
-from processing.reconstruction.refinement import Refined
-from recorder import poses
+from orbitscan.processing.reconstruction.ransac import fit
+from orbitscan.processing.reconstruction.refinement import Refined
+from orbitscan.recorder import poses
 
 
 def icp(source: np.ndarray, target: cKDTree, start: np.ndarray, gate: float, iterations: int, still: float) -> Refined:

@@ -6,12 +6,12 @@ from itertools import pairwise as successive
 
 import numpy as np
 
-from processing.reconstruction.competition import PairSettings, doubt, register_from
-from processing.reconstruction.freedom import same_freedom
-from processing.reconstruction.graph import GraphSettings, Solution, choose_edges, solve, viewing_direction
-from processing.reconstruction.prepared import Prepared, Shelf
-from processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
-from recorder import poses
+from orbitscan.processing.reconstruction.competition import PairSettings, doubt, register_from
+from orbitscan.processing.reconstruction.freedom import same_freedom
+from orbitscan.processing.reconstruction.graph import GraphSettings, Solution, choose_edges, solve, viewing_direction
+from orbitscan.processing.reconstruction.prepared import Prepared, Shelf
+from orbitscan.processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
+from orbitscan.recorder import poses
 
 _ROUND = np.radians(330)  # turned on the way there and straight back: a whole turn, less what a tilted camera saves
 

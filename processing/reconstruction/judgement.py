@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.reconstruction.free_space import look_up
-from processing.reconstruction.partners import find_partners
-from processing.reconstruction.prepared import Prepared
-from processing.surface import Surfels
-from recorder import poses
+from orbitscan.processing.reconstruction.free_space import look_up
+from orbitscan.processing.reconstruction.partners import find_partners
+from orbitscan.processing.reconstruction.prepared import Prepared
+from orbitscan.processing.surface import Surfels
+from orbitscan.recorder import poses
 
 _NOISE = 4.0  # standard deviations of a point by which it may lie before a surface, besides the settings' share
 _HALF = 4.0  # a residual of so many variances fits half as well as none

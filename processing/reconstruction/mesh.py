@@ -6,9 +6,9 @@ import numpy as np
 from numba import get_num_threads
 from scipy.spatial import cKDTree
 
-from processing.features.normals import estimate_normals
-from recorder.exceptions import MissingLibrary
-from recorder.objects.mesh import Mesh
+from orbitscan.processing.features.normals import estimate_normals
+from orbitscan.recorder.exceptions import MissingLibrary
+from orbitscan.recorder.objects.mesh import Mesh
 
 _MARGIN = 1.2  # times the extent: the octree's cube
 _DEPTHS = 5, 10  # least and most levels of the octree: a deeper one takes gigabytes

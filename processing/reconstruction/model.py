@@ -7,12 +7,12 @@ import numpy as np
 from numba import get_num_threads
 from scipy.spatial import cKDTree
 
-from processing.features.grid import cell_means
-from processing.reconstruction.mesh import MeshSettings, reconstruct_mesh
-from processing.results.records import Model
-from processing.surface import Scale
-from recorder import cloud, poses
-from recorder.session import View
+from orbitscan.processing.features.grid import cell_means
+from orbitscan.processing.reconstruction.mesh import MeshSettings, reconstruct_mesh
+from orbitscan.processing.results.records import Model
+from orbitscan.processing.surface import Scale
+from orbitscan.recorder import cloud, poses
+from orbitscan.recorder.session import View
 
 _MERGE_EVERY = 2_000_000  # points held before they are merged
 

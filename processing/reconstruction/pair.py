@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.reconstruction import judgement
-from processing.reconstruction.competition import PairSettings, evidence_of, register_from
-from processing.reconstruction.icp import icp
-from processing.reconstruction.matching import match
-from processing.reconstruction.prepared import Prepared
-from processing.reconstruction.ransac import Consensus
-from processing.reconstruction.starts import propose
-from processing.reconstruction.symmetry import weak_motions
-from processing.results.records import Correspondences, Evidence, PairEstimate
+from orbitscan.processing.reconstruction import judgement
+from orbitscan.processing.reconstruction.competition import PairSettings, evidence_of, register_from
+from orbitscan.processing.reconstruction.icp import icp
+from orbitscan.processing.reconstruction.matching import match
+from orbitscan.processing.reconstruction.prepared import Prepared
+from orbitscan.processing.reconstruction.ransac import Consensus
+from orbitscan.processing.reconstruction.starts import propose
+from orbitscan.processing.reconstruction.symmetry import weak_motions
+from orbitscan.processing.results.records import Correspondences, Evidence, PairEstimate
 
 BELIEVED = ("ok", "ambiguous")  # a pose that geometry bears out, though not always it alone
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.features.grid import Cells, Grid, build, rows_around
-from processing.features.parallel import kernel, over_slices
-from processing.surface import Surfels
+from orbitscan.processing.features.grid import Cells, Grid, build, rows_around
+from orbitscan.processing.features.parallel import kernel, over_slices
+from orbitscan.processing.surface import Surfels
 
 _FEW = 2000  # points for whose partners it is not worth to start threads
 _NORMAL_COSINE = 0.5  # surfaces that face apart by more than 60 degrees are not partners

@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from processing.reconstruction.free_space import RangeImage, make_range_image
-from processing.reconstruction.partners import Target, make_target
-from processing.reconstruction.refinement import RefinementSettings
-from processing.surface import Scale, Surface, Surfels
-from recorder.session import View, Views
+from orbitscan.processing.reconstruction.free_space import RangeImage, make_range_image
+from orbitscan.processing.reconstruction.partners import Target, make_target
+from orbitscan.processing.reconstruction.refinement import RefinementSettings
+from orbitscan.processing.surface import Scale, Surface, Surfels
+from orbitscan.recorder.session import View, Views
 
 _PIXEL = 1.0  # of the range image, in multiples of the working resolution
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.features.parallel import kernel, over_slices
-from recorder import poses
+from orbitscan.processing.features.parallel import kernel, over_slices
+from orbitscan.recorder import poses
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from processing.reconstruction import judgement, refinement
-from processing.reconstruction.judgement import JudgementSettings
-from processing.reconstruction.partners import find_partners
-from processing.reconstruction.prepared import Prepared
-from processing.reconstruction.refinement import RefinementSettings
-from processing.reconstruction.starts import StartSettings, screen
-from processing.results.records import Freedom
-from processing.surface import Surfels
-from recorder import poses
+from orbitscan.processing.reconstruction import judgement, refinement
+from orbitscan.processing.reconstruction.judgement import JudgementSettings
+from orbitscan.processing.reconstruction.partners import find_partners
+from orbitscan.processing.reconstruction.prepared import Prepared
+from orbitscan.processing.reconstruction.refinement import RefinementSettings
+from orbitscan.processing.reconstruction.starts import StartSettings, screen
+from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.surface import Surfels
+from orbitscan.recorder import poses
 
 _APART = 1.5  # radians between two alignments whose motion tells a free axis ...
 _SAME_AXIS = 0.7  # ... if that lies so near to the one looked for, as a cosine

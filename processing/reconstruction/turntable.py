@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from processing.results.records import Freedom, Turntable, TurntableDeviation
-from recorder import poses
+from orbitscan.processing.results.records import Freedom, Turntable, TurntableDeviation
+from orbitscan.recorder import poses
 
 _FINENESS_DEG = 0.02  # of the turns looked at for a known step
 

@@ -31,4 +31,4 @@ STUDIES = {  # as the command names them, in the thesis's order -> the module an
 def find(name: str) -> Callable:
     """The function of a study: a Plan in, a Report out."""
     module, function = STUDIES[name].split(".")
-    return getattr(import_module(f"processing.reproduction.{module}"), function)
+    return getattr(import_module(f"orbitscan.processing.reproduction.{module}"), function)

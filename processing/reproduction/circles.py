@@ -1,12 +1,12 @@
 """One whole circle of every instance, its views read or rendered when asked for: nothing is recorded first."""
 
-from processing.classification.labelled_views import FEWEST_POINTS
-from processing.reproduction import data
-from processing.reproduction.plan import Plan
-from recorder import corpus
-from recorder.cloud import finite
-from recorder.exceptions import InvalidOption
-from recorder.session import Session, View
+from orbitscan.processing.classification.labelled_views import FEWEST_POINTS
+from orbitscan.processing.reproduction import data
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.recorder import corpus
+from orbitscan.recorder.cloud import finite
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import Session, View
 
 
 def open_instances(plan: Plan) -> dict[str, list[Session]]:

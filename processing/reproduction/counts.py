@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from processing.classification.voxels import VoxelSettings
-from processing.reproduction.claims import compare
-from processing.reproduction.initialisations import draw_run_boxes
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report
-from processing.reproduction.training_run import column, run_trainings
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.initialisations import draw_run_boxes
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.training_run import column, run_trainings
 
 VALUES = ("counts", "occupancy")
 

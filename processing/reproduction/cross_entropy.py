@@ -6,10 +6,10 @@ The example's probabilities are not at hand. Those here are ours, chosen so that
 import numpy as np
 import torch
 
-from processing.classification.training import classification_loss
-from processing.reproduction import drawing
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report, Row
+from orbitscan.processing.classification.training import classification_loss
+from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report, Row
 
 PRINTED = (3.763991, 1.502131)  # thesis table 5.2: the sums of two classifiers
 BY_FORMULA = (4.135, 1.650)  # [nats] what the thesis's formula, L = -sum t log y, gives

@@ -11,14 +11,14 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from processing.classification.labelled_views import LabelledViews, Split, gather, split_views
-from processing.reproduction.plan import Plan
-from processing.results.whole import write_whole
-from recorder import corpus, mcap_file
-from recorder.exceptions import InvalidOption
-from recorder.session import Session
-from recorder.sources import washington
-from recorder.sources.options import CaptureOptions
+from orbitscan.processing.classification.labelled_views import LabelledViews, Split, gather, split_views
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.results.whole import write_whole
+from orbitscan.recorder import corpus, mcap_file
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources import washington
+from orbitscan.recorder.sources.options import CaptureOptions
 
 
 @dataclass(frozen=True)

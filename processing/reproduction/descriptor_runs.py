@@ -13,15 +13,20 @@ from typing import Any, Literal
 import numpy as np
 from natsort import natsorted
 
-from processing.classification import checkpoint as files
-from processing.classification.classifier import Classifier
-from processing.classification.descriptor_matching import DescriptorSettings, Kind, build_database, classify_views
-from processing.classification.labelled_views import LabelledViews, Split, gather
-from processing.classification.training import TrainingSettings, train
-from processing.reproduction import data
-from processing.reproduction.data import Data
-from recorder import corpus
-from recorder.session import Session, in_memory
+from orbitscan.processing.classification import checkpoint as files
+from orbitscan.processing.classification.classifier import Classifier
+from orbitscan.processing.classification.descriptor_matching import (
+    DescriptorSettings,
+    Kind,
+    build_database,
+    classify_views,
+)
+from orbitscan.processing.classification.labelled_views import LabelledViews, Split, gather
+from orbitscan.processing.classification.training import TrainingSettings, train
+from orbitscan.processing.reproduction import data
+from orbitscan.processing.reproduction.data import Data
+from orbitscan.recorder import corpus
+from orbitscan.recorder.session import Session, in_memory
 
 KNOWN = 20  # views of each category that descriptors are matched with; the thesis's number is not stated
 TESTED = 475  # views at most, of all categories: thesis table 5.3

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from processing.classification.descriptor_matching import Kind
-from processing.reproduction import data, drawing, initialisations
-from processing.reproduction.claims import compare
-from processing.reproduction.descriptor_runs import KNOWN, TESTED, Learning, Matching, choose, run_once
-from processing.reproduction.initialisations import NAMES
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report
-from processing.reproduction.runs import keep
-from processing.reproduction.training_run import change_thesis, column
+from orbitscan.processing.classification.descriptor_matching import Kind
+from orbitscan.processing.reproduction import data, drawing, initialisations
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.descriptor_runs import KNOWN, TESTED, Learning, Matching, choose, run_once
+from orbitscan.processing.reproduction.initialisations import NAMES
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.runs import keep
+from orbitscan.processing.reproduction.training_run import change_thesis, column
 
 THESIS: dict[Kind, tuple[float, int]] = {  # accuracy [%], seconds for TESTED views
     "shot": (91.77, 175),

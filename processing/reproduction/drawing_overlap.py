@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from processing.reproduction import drawing
-from processing.reproduction.overlap_runs import METHODS
-from processing.reproduction.overlap_trials import OVERLAPS, Trial, choose, interval, mean, within
+from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.overlap_runs import METHODS
+from orbitscan.processing.reproduction.overlap_trials import OVERLAPS, Trial, choose, interval, mean, within
 
 
 def draw_success(

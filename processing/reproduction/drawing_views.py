@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from recorder.session import View
+from orbitscan.recorder.session import View
 
 _GREY = "0.45"  # of points without colour
 _MARGIN = 1.08

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 
 from matplotlib.colors import LogNorm
 
-from processing.classification.voxels import VoxelSettings
-from processing.reproduction import circles, drawing
-from processing.reproduction.drawing_grids import draw_count_bar, draw_grid
-from processing.reproduction.drawing_views import draw_view, picture_size
-from processing.reproduction.grids import PLACE, Grid, make_grid
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report, Row
-from recorder import corpus
-from recorder.cloud import finite
-from recorder.session import DEFAULT_VIEWS, Session, View
-from recorder.sources.virtual import simulate
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.processing.reproduction import circles, drawing
+from orbitscan.processing.reproduction.drawing_grids import draw_count_bar, draw_grid
+from orbitscan.processing.reproduction.drawing_views import draw_view, picture_size
+from orbitscan.processing.reproduction.grids import PLACE, Grid, make_grid
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report, Row
+from orbitscan.recorder import corpus
+from orbitscan.recorder.cloud import finite
+from orbitscan.recorder.session import DEFAULT_VIEWS, Session, View
+from orbitscan.recorder.sources.virtual import simulate
 
 OBJECTS = ("bin", "statue", "helicopter", "robot", "vacuum_cleaner")  # thesis 5.2
 THESIS_POINTS = {name: 90_000 if name == "helicopter" else 30_000 for name in OBJECTS}  # of a view, at least

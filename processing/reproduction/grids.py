@@ -7,14 +7,14 @@ from typing import Literal
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
-from processing.reproduction import circles, drawing
-from processing.reproduction.drawing_grids import draw_count_bar, draw_grid
-from processing.reproduction.drawing_views import draw_view
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report, Row
-from recorder.cloud import finite
-from recorder.session import View
+from orbitscan.processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
+from orbitscan.processing.reproduction import circles, drawing
+from orbitscan.processing.reproduction.drawing_grids import draw_count_bar, draw_grid
+from orbitscan.processing.reproduction.drawing_views import draw_view
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report, Row
+from orbitscan.recorder.cloud import finite
+from orbitscan.recorder.session import View
 
 VALUES: tuple[Literal["counts", "occupancy"], ...] = ("counts", "occupancy")
 SHOWN = "coffee_mug"

@@ -3,15 +3,15 @@
 import json
 from pathlib import Path
 
-from processing.reproduction import STUDIES
-from processing.reproduction.page import Study, render_page, state_facts
-from processing.reproduction.plan import Plan
-from processing.reproduction.registration_files import read_frames, read_models
-from processing.reproduction.report import FORMAT_VERSION
-from processing.results.whole import write_whole
-from processing.review.reproduction import write_reproduction
-from processing.review.study import StudyReview
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.reproduction import STUDIES
+from orbitscan.processing.reproduction.page import Study, render_page, state_facts
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.registration_files import read_frames, read_models
+from orbitscan.processing.reproduction.report import FORMAT_VERSION
+from orbitscan.processing.results.whole import write_whole
+from orbitscan.processing.review.reproduction import write_reproduction
+from orbitscan.processing.review.study import StudyReview
+from orbitscan.recorder.exceptions import InvalidOption
 
 GROUPS = {
     "registration": "Registration",

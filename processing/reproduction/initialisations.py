@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from processing.reproduction import drawing
-from processing.reproduction.claims import compare
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report
-from processing.reproduction.training_run import column, curves, run_trainings, tabulate_curves, tabulate_runs
+from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.training_run import column, curves, run_trainings, tabulate_curves, tabulate_runs
 
 NAMES = {"glorot": "Glorot", "dcae": "DCAE", "kmeans-pca": "PCA", "kmeans-zca": "ZCA"}
 THESIS = {  # accuracy [%] (table 5.3); loss, overfitting (table 5.4), of 20 runs

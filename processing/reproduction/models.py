@@ -11,19 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from processing.reconstruction.model import build_model
-from processing.reproduction import drawing
-from processing.reproduction.claims import compare
-from processing.reproduction.drawing_clouds import SIDES, draw_cloud
-from processing.reproduction.plan import Plan
-from processing.reproduction.registration_runs import OBJECTS, Run, run_all
-from processing.reproduction.report import Report
-from processing.settings import Settings
-from processing.surface import choose_scale
-from recorder import mcap_file, objects, poses
-from recorder.session import Session
-from recorder.sources import ply_file
-from recorder.sources.mesh_file import load_open3d
+from orbitscan.processing.reconstruction.model import build_model
+from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.drawing_clouds import SIDES, draw_cloud
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.registration_runs import OBJECTS, Run, run_all
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.settings import Settings
+from orbitscan.processing.surface import choose_scale
+from orbitscan.recorder import mcap_file, objects, poses
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources import ply_file
+from orbitscan.recorder.sources.mesh_file import load_open3d
 
 SHOWN = ("icp", "ransac_icp", "refined")  # the thesis's two, and ours
 _DRAWN = 30_000  # points of a model

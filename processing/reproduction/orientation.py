@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from processing.reproduction import data, drawing
-from processing.reproduction.claims import compare
-from processing.reproduction.initialisations import describe_starts, draw_run_boxes, draw_run_curves
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report
-from processing.reproduction.training_run import column, run_trainings, tabulate_curves, tabulate_runs
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.reproduction import data, drawing
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.initialisations import describe_starts, draw_run_boxes, draw_run_curves
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.training_run import column, run_trainings, tabulate_curves, tabulate_runs
+from orbitscan.recorder.exceptions import InvalidOption
 
 EPOCHS = 3  # thesis 5.1
 WITHOUT, WITH = "without orientation", "with orientation"

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from processing.reproduction.claims import FEWEST_RUNS, Claim, compare
-from processing.reproduction.drawing_overlap import draw_success
-from processing.reproduction.overlap_runs import GATE_SHARE, METHODS, Pairs, register_pairs
-from processing.reproduction.overlap_trials import (
+from orbitscan.processing.reproduction.claims import FEWEST_RUNS, Claim, compare
+from orbitscan.processing.reproduction.drawing_overlap import draw_success
+from orbitscan.processing.reproduction.overlap_runs import GATE_SHARE, METHODS, Pairs, register_pairs
+from orbitscan.processing.reproduction.overlap_trials import (
     MOST_DEG,
     MOST_SHARE,
     OVERLAPS,
@@ -20,9 +20,9 @@ from processing.reproduction.overlap_trials import (
     mean,
     within,
 )
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report
-from processing.reproduction.runs import keep
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.runs import keep
 
 OBJECTS = ("bin", "statue", "helicopter", "robot", "vacuum_cleaner")  # thesis 5.2
 AZIMUTHS_DEG = (10, 20, 30, 40, 60, 80, 100, 120, 150, 180)

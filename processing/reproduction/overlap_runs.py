@@ -10,13 +10,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from processing.errors import with_errors
-from processing.pipeline import process
-from processing.results.records import PairEstimate, SessionResult
-from processing.settings import Settings
-from recorder import objects, poses
-from recorder.session import Session, SessionInfo, View, in_memory
-from recorder.sources.virtual import simulate
+from orbitscan.processing.errors import with_errors
+from orbitscan.processing.pipeline import process
+from orbitscan.processing.results.records import PairEstimate, SessionResult
+from orbitscan.processing.settings import Settings
+from orbitscan.recorder import objects, poses
+from orbitscan.recorder.session import Session, SessionInfo, View, in_memory
+from orbitscan.recorder.sources.virtual import simulate
 
 IDENTITY = "identity + refiner"  # our control: `pairwise` without any feature
 METHODS = ("icp", "ransac_icp", IDENTITY, "pairwise")

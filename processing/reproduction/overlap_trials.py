@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from processing.reproduction.claims import CONFIDENCE
-from processing.reproduction.overlap_runs import Pairs
+from orbitscan.processing.reproduction.claims import CONFIDENCE
+from orbitscan.processing.reproduction.overlap_runs import Pairs
 
 MOST_DEG, MOST_SHARE = 5.0, 0.05  # a pose farther off, in degrees or diameters, is wrong
 OVERLAPS = ((0, 20), (20, 40), (40, 60), (60, 80), (80, 100))  # per cent

@@ -10,9 +10,9 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
-from processing.reproduction.claims import FEWEST_RUNS
-from processing.review.columns import Column, lay_out_columns, name_column
-from processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
+from orbitscan.processing.reproduction.claims import FEWEST_RUNS
+from orbitscan.processing.review.columns import Column, lay_out_columns, name_column
+from orbitscan.processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
 
 MARKS = dict(zip(VERDICTS, ("✓", "✗", "?"), strict=True))
 _ROWS = 12  # of a table shown whole

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption
 
 Progress = Callable[[Iterable[Any], int, str], Iterator[Any]]
 

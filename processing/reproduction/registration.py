@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from processing.reproduction import drawing
-from processing.reproduction.plan import Plan
-from processing.reproduction.registration_errors import (
+from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.registration_errors import (
     THESIS,
     claim_each_object,
     claim_objects,
@@ -18,9 +18,9 @@ from processing.reproduction.registration_errors import (
     of,
     tabulate_errors,
 )
-from processing.reproduction.registration_runs import CIRCLE, ELEVATION_DEG, OBJECTS, Run, run_all
-from processing.reproduction.report import Report
-from processing.settings import Settings
+from orbitscan.processing.reproduction.registration_runs import CIRCLE, ELEVATION_DEG, OBJECTS, Run, run_all
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.settings import Settings
 
 _SHOWN = (
     "object",

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from processing.reproduction import drawing
-from processing.reproduction.claims import CONFIDENCE, compare
-from processing.reproduction.registration_runs import CIRCLE, FEW, METHODS, OBJECTS, Run
-from processing.settings import Settings
+from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.claims import CONFIDENCE, compare
+from orbitscan.processing.reproduction.registration_runs import CIRCLE, FEW, METHODS, OBJECTS, Run
+from orbitscan.processing.settings import Settings
 
 THESIS = ("icp", "ransac_icp")  # whose errors figure 5.8 compares
 ERRORS = {  # of errors.csv -> name, unit, factor

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from recorder.sources import ply_file
+from orbitscan.recorder.sources import ply_file
 
 FOLDER = "registration"  # / the way it was registered / the circle of views / what `process` writes
 FIRST_RUN = "-seed-0"  # ends the name of a circle

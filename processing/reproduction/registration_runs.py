@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from processing.batch import Job
-from processing.reproduction.plan import Plan
-from processing.results.files import read_results
-from processing.results.whole import write_whole
-from processing.settings import Settings
-from processing.workers import process_all
-from recorder import mcap_file
-from recorder.session import first_views
-from recorder.sources.virtual import simulate
+from orbitscan.processing.batch import Job
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.results.files import read_results
+from orbitscan.processing.results.whole import write_whole
+from orbitscan.processing.settings import Settings
+from orbitscan.processing.workers import process_all
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.session import first_views
+from orbitscan.recorder.sources.virtual import simulate
 
 OBJECTS = {  # thesis 5.2 -> focal length [pixels] at which a view has about 30,000 points, the helicopter's 105,000
     "bin": 665.0,

@@ -11,8 +11,8 @@ from os import cpu_count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from processing.reproduction.plan import Plan
-from processing.results.whole import write_whole
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.results.whole import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,7 +37,7 @@ class Report:
 
 def write(report: Report, plan: Plan, command: str) -> list[Path]:
     """Write NAME.csv, NAME.json and the figures into the plan's folder; the paths. Raises UnwritableOutput."""
-    from processing.review.plots import save  # matplotlib is slow to import
+    from orbitscan.processing.review.plots import save  # matplotlib is slow to import
 
     folder = plan.folder
     paths = [folder / f"{report.name}.csv", folder / f"{report.name}.json"]

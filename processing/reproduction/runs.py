@@ -9,8 +9,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Protocol
 
-from processing.reproduction.plan import Plan
-from processing.results.whole import write_whole
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.results.whole import write_whole
 
 
 class Task(Protocol):

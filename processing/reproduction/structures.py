@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from processing.reproduction import drawing
-from processing.reproduction.claims import compare
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report
-from processing.reproduction.training_run import BEST, column, run_trainings
+from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.training_run import BEST, column, run_trainings
 
 THESIS = {  # structure -> mean loss, mean accuracy [%], of 10 runs
     "C(16,3,2)-C(16,3)-P(2)-C(8,3)-P(2)-FC(10)": (0.2866, 89.36),

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from processing.classification.evaluation import EpochRecord, StepRecord
-from processing.classification.network import BODY
-from processing.classification.training import THESIS, TrainingSettings, train
-from processing.reproduction import data
-from processing.reproduction.data import Data
-from processing.reproduction.plan import Plan
-from processing.reproduction.runs import keep
+from orbitscan.processing.classification.evaluation import EpochRecord, StepRecord
+from orbitscan.processing.classification.network import BODY
+from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
+from orbitscan.processing.reproduction import data
+from orbitscan.processing.reproduction.data import Data
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.runs import keep
 
 BEST = f"{BODY}-FC(10)"  # of table 5.1
 CURVE = 50  # points of an epoch's curve: figure 5.2 has 100 of two epochs, figure 5.4 150 of three

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from processing.results.changes import (
+from orbitscan.processing.results.changes import (
     VERDICTS,
     Category,
     Comparison,
@@ -24,8 +24,8 @@ from processing.results.changes import (
     Totals,
     ViewComparison,
 )
-from processing.results.records import METHODS
-from processing.results.run import (
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.run import (
     MAKE_AGAIN,
     Run,
     content,
@@ -34,9 +34,9 @@ from processing.results.run import (
     read_run,
     same_recording,
 )
-from processing.results.uncertainty import ROUNDING, Extent, scale_of_errors, view_deviations
-from recorder import poses
-from recorder.exceptions import InvalidOption, UnreadableRecording
+from orbitscan.processing.results.uncertainty import ROUNDING, Extent, scale_of_errors, view_deviations
+from orbitscan.recorder import poses
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
 
 FLOOR = 2.0  # standard deviations: chance alone exceeds them at most once in twenty times
 WRONG_DEG, WRONG_SHARE = 5.0, 0.05  # of an ok view off the truth by more degrees, or this share of the diameter

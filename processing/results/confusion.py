@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from processing.results.files import read_results
-from processing.results.whole import whole_file
+from orbitscan.processing.results.files import read_results
+from orbitscan.processing.results.whole import whole_file
 
 UNKNOWN = "unknown"  # the row of what the model has no category for, the column of what it does not know
 FEWEST = 2  # recordings that make a batch

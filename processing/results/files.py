@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from processing.results.records import (
+from orbitscan.processing.results.records import (
     ERROR_NAMES,
     Freedom,
     MethodResult,
@@ -21,8 +21,8 @@ from processing.results.records import (
     Turntable,
     ViewEstimate,
 )
-from recorder import poses
-from recorder.sources import ply_file
+from orbitscan.recorder import poses
+from orbitscan.recorder.sources import ply_file
 
 FORMAT_VERSION = 1
 _LIBRARIES = ("numpy", "scipy", "numba", "torch", "rerun-sdk", "mcap")
@@ -65,9 +65,9 @@ def changed(known: Mapping[str, Any] | None, key: Mapping[str, Any]) -> str | No
     return ", ".join(name.replace("_", " ") for name in key if known.get(name) != key[name]) or None
 
 
-def read_results(folder: Path) -> dict[str, Any]:
+def read_results(folder: str | Path) -> dict[str, Any]:
     """The results.json of a complete results folder."""
-    return json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    return json.loads((Path(folder) / "results.json").read_text(encoding="utf-8"))
 
 
 def write_results(

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from processing.results.records import METHODS, SessionResult, Turntable
-from recorder import mcap_file, poses
-from recorder.session import ESTIMATED, Session, SessionInfo, View
+from orbitscan.processing.results.records import METHODS, SessionResult, Turntable
+from orbitscan.recorder import mcap_file, poses
+from orbitscan.recorder.session import ESTIMATED, Session, SessionInfo, View
 
 FILE_NAME = "registered.mcap"
 STEEP = 0.1  # sine of the angle to the vertical, below which looking forward tells no direction on the ground

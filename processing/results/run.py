@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from processing.results.files import FORMAT_VERSION, read_results
-from processing.results.uncertainty import Extent
-from recorder.exceptions import InvalidOption, UnreadableRecording
-from recorder.sources import ply_file
+from orbitscan.processing.results.files import FORMAT_VERSION, read_results
+from orbitscan.processing.results.uncertainty import Extent
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
+from orbitscan.recorder.sources import ply_file
 
 SHOWN_SETTINGS = 5  # that differ
 MAKE_AGAIN = "make it again: orbitscan process --overwrite"

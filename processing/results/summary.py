@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from processing.results.files import read_results
-from processing.results.records import METHODS, summarize
-from processing.results.whole import whole_file
+from orbitscan.processing.results.files import read_results
+from orbitscan.processing.results.records import METHODS, summarize
+from orbitscan.processing.results.whole import whole_file
 
 _ANSWER = ("category", "known", "likeliest", "probability")
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from recorder.exceptions import UnwritableOutput
+from orbitscan.recorder.exceptions import UnwritableOutput
 
 
 @contextmanager

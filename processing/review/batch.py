@@ -7,15 +7,15 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.results.confusion import Confusion
-from processing.results.records import METHODS
-from processing.results.summary import Row, worst_first
-from processing.review import entities
-from processing.review.confusion import describe_confusion, log_confusion, view_confusion
-from processing.review.curves import ROUNDING
-from processing.review.recording import whole_recording
-from processing.review.tables import write_table
-from processing.review.wording import in_mm, number
+from orbitscan.processing.results.confusion import Confusion
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.summary import Row, worst_first
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.confusion import describe_confusion, log_confusion, view_confusion
+from orbitscan.processing.review.curves import ROUNDING
+from orbitscan.processing.review.recording import whole_recording
+from orbitscan.processing.review.tables import write_table
+from orbitscan.processing.review.wording import in_mm, number
 
 SHOWN_ROWS = 100  # of the table: the worst
 _RANK = "worst_first"  # the timeline: recordings from the worst, 0, to the best

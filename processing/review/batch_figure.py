@@ -9,8 +9,17 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from processing.results.records import METHODS
-from processing.review.plots import ERRORS, FOLDER, MARKERS, STYLE, Quantity, method_color, needs_logarithm, save
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.review.plots import (
+    ERRORS,
+    FOLDER,
+    MARKERS,
+    STYLE,
+    Quantity,
+    method_color,
+    needs_logarithm,
+    save,
+)
 
 Summaries = Mapping[str, Mapping[str, Mapping[str, Any]]]  # session -> method -> its summary in results.json
 

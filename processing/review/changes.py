@@ -3,9 +3,9 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from processing.results.changes import Comparison, Difference, SessionComparison, ViewComparison
-from processing.review.tables import write_table
-from processing.review.wording import in_mm, number
+from orbitscan.processing.results.changes import Comparison, Difference, SessionComparison, ViewComparison
+from orbitscan.processing.review.tables import write_table
+from orbitscan.processing.review.wording import in_mm, number
 
 NAMED = 5  # sessions that a sentence names
 ARROW = " → "

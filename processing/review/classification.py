@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 
 import rerun as rr
 
-from processing.results.records import SessionClassification, SessionResult, ViewClassification
-from processing.review import entities
-from processing.review.curves import Style, Value
-from processing.review.wording import ENUMERATED, enumerate_views, name_view
+from orbitscan.processing.results.records import SessionClassification, SessionResult, ViewClassification
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.curves import Style, Value
+from orbitscan.processing.review.wording import ENUMERATED, enumerate_views, name_view
 
 SHOWN_PROBABILITY = 0.05  # a category that stays below is only in the way
 _TRUE_WIDTH, _OTHER_WIDTH = 4.0, 1.5

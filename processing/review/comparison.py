@@ -8,11 +8,11 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.results.changes import Comparison, SessionComparison
-from processing.results.run import Run, read_run
-from processing.results.uncertainty import Extent
-from processing.review import entities
-from processing.review.changes import (
+from orbitscan.processing.results.changes import Comparison, SessionComparison
+from orbitscan.processing.results.run import Run, read_run
+from orbitscan.processing.results.uncertainty import Extent
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.changes import (
     FLOOR_WORDS,
     SESSION_HEADER,
     conclude,
@@ -20,10 +20,10 @@ from processing.review.changes import (
     list_notes,
     session_rows,
 )
-from processing.review.curves import ROUNDING
-from processing.review.recording import whole_recording
-from processing.review.study import entity_path
-from processing.review.tables import write_table
+from orbitscan.processing.review.curves import ROUNDING
+from orbitscan.processing.review.recording import whole_recording
+from orbitscan.processing.review.study import entity_path
+from orbitscan.processing.review.tables import write_table
 
 SHOWN_SESSIONS = 6  # of a batch, the worst: each with both models
 SHOWN_VIEWS = 40  # of a session's table of changes

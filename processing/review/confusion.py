@@ -4,8 +4,8 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.results.confusion import Answer, Confusion
-from processing.review.matrix import draw_matrix, view_matrix
+from orbitscan.processing.results.confusion import Answer, Confusion
+from orbitscan.processing.review.matrix import draw_matrix, view_matrix
 
 _MATRICES = {
     "sessions": "Recordings, fused over their views: true category (row), found one (column)",

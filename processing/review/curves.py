@@ -7,8 +7,8 @@ from dataclasses import asdict
 import numpy as np
 import rerun as rr
 
-from processing.results.records import PairEstimate, TurntableDeviation, ViewErrors
-from processing.review import entities
+from orbitscan.processing.results.records import PairEstimate, TurntableDeviation, ViewErrors
+from orbitscan.processing.review import entities
 
 ROUNDING = 1e-9  # smaller errors are those of the arithmetic: view {0} has no logarithm
 

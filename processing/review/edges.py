@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.results.records import MethodResult, PairEstimate
-from recorder import poses
+from orbitscan.processing.results.records import MethodResult, PairEstimate
+from orbitscan.recorder import poses
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import colorsys
 
 import numpy as np
 
-from processing.timing import STAGES
+from orbitscan.processing.timing import STAGES
 
 APPLICATION_ID = "orbitscan"
 VIEW_TIMELINE = "view"  # the recorded index

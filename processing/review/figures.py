@@ -11,11 +11,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from processing.results.files import read_results
-from processing.results.records import Evidence, PairEstimate
-from processing.review.curves import ROUNDING
-from processing.review.edges import strongest
-from processing.review.plots import ERRORS, FOLDER, STYLE, Quantity, method_color, method_line, needs_logarithm, save
+from orbitscan.processing.results.files import read_results
+from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.review.curves import ROUNDING
+from orbitscan.processing.review.edges import strongest
+from orbitscan.processing.review.plots import (
+    ERRORS,
+    FOLDER,
+    STYLE,
+    Quantity,
+    method_color,
+    method_line,
+    needs_logarithm,
+    save,
+)
 
 CROWDED = 60  # views, from which on a curve's points would hide each other
 BESIDE = 0.15  # of a view, between the marks of two methods

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import rerun as rr
 
-from processing.results.records import Candidate, PairEstimate, SessionResult, ViewEstimate, ViewResult
-from processing.review.edges import Disagreement, left_out, strongest
-from processing.review.wording import describe_freedom, in_mm, name_view, number
-from recorder import poses
+from orbitscan.processing.results.records import Candidate, PairEstimate, SessionResult, ViewEstimate, ViewResult
+from orbitscan.processing.review.edges import Disagreement, left_out, strongest
+from orbitscan.processing.review.wording import describe_freedom, in_mm, name_view, number
+from orbitscan.recorder import poses
 
 WORDS = {
     "ambiguous": "several poses explain it equally well, or a motion of it changes nothing that the views show",

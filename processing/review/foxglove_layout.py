@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from processing.results.registered import FILE_NAME, Placement
-from processing.review import entities
-from recorder.mcap_file import POINTS_TOPIC, POSES_TOPIC
-from recorder.session import SessionInfo
+from orbitscan.processing.results.registered import FILE_NAME, Placement
+from orbitscan.processing.review import entities
+from orbitscan.recorder.mcap_file import POINTS_TOPIC, POSES_TOPIC
+from orbitscan.recorder.session import SessionInfo
 
 LAYOUT_NAME = "registered.foxglove.json"
 FIELD_OF_VIEW_DEG = 45.0  # vertical

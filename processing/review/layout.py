@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.review import entities
-from processing.review.entities import (
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.entities import (
     BACKGROUND,
     CLASSES,
     ERRORS,
@@ -18,9 +18,9 @@ from processing.review.entities import (
     TURNTABLE,
     VIEW_TIMELINE,
 )
-from processing.review.scene import Scene
-from processing.review.shading import Shading
-from processing.timing import STAGES
+from orbitscan.processing.review.scene import Scene
+from orbitscan.processing.review.shading import Shading
+from orbitscan.processing.timing import STAGES
 
 HIDDEN = rrb.PlotLegend(visible=False)  # colours mean the same in every plot: the first of a tab tells them
 FUNNEL = ("points", "keypoints", "valid_frames", "matches", "inliers", "overlap")

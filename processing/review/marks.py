@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import rerun as rr
 
-from processing.reconstruction.coverage import Coverage, Gap
-from processing.results.records import Freedom, PairEstimate, Turntable
-from processing.review import entities
-from processing.review.scene import Scene
-from processing.review.shading import Shading
-from processing.review.wording import name_gap
+from orbitscan.processing.reconstruction.coverage import Coverage, Gap
+from orbitscan.processing.results.records import Freedom, PairEstimate, Turntable
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.scene import Scene
+from orbitscan.processing.review.shading import Shading
+from orbitscan.processing.review.wording import name_gap
 
 DASHES = 24  # of the axis of a free motion
 ARC_STEP_DEG = 3.0

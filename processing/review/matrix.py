@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.review import entities
+from orbitscan.processing.review import entities
 
 _PIXELS = 24  # of a cell
 _EMPTY: entities.Color = (52, 54, 60)

@@ -3,8 +3,8 @@
 import numpy as np
 import rerun as rr
 
-from processing.results.records import Model
-from processing.review import entities
+from orbitscan.processing.results.records import Model
+from orbitscan.processing.review import entities
 
 
 def log_model(stream: rr.RecordingStream, model: Model, up: np.ndarray) -> None:

@@ -15,8 +15,8 @@ from typing import Any
 import rerun_cli
 from rerun.experimental import ViewerClient
 
-from processing.review.entities import VIEW_TIMELINE
-from recorder.exceptions import InvalidOption, MissingLibrary, UnreadableRecording, UnwritableOutput
+from orbitscan.processing.review.entities import VIEW_TIMELINE
+from orbitscan.recorder.exceptions import InvalidOption, MissingLibrary, UnreadableRecording, UnwritableOutput
 
 SIZE = "1920x1080"
 SECONDS_TO_START = 20.0

@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import rerun as rr
 
-from processing.results.records import Correspondences, MethodResult, ViewEstimate, ViewResult
-from processing.review import entities, marks
-from processing.review.scene import Scene
-from recorder import poses
-from recorder.session import SessionInfo
+from orbitscan.processing.results.records import Correspondences, MethodResult, ViewEstimate, ViewResult
+from orbitscan.processing.review import entities, marks
+from orbitscan.processing.review.scene import Scene
+from orbitscan.recorder import poses
+from orbitscan.recorder.session import SessionInfo
 
 LESSER_POINTS = 3000  # points of a view's cloud by any method but the best
 PAIR_POINTS = 3000  # points of either cloud that matches are drawn between

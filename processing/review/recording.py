@@ -10,8 +10,8 @@ from pathlib import Path
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.results.whole import whole_file
-from processing.review.entities import APPLICATION_ID
+from orbitscan.processing.results.whole import whole_file
+from orbitscan.processing.review.entities import APPLICATION_ID
 
 _SPARE = 1 << 20  # bytes of a disk that are left free
 

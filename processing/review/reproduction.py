@@ -6,13 +6,13 @@ from typing import Any
 
 import rerun as rr
 
-from processing.review import entities
-from processing.review.claims_grid import draw_claims
-from processing.review.columns import lay_out_columns
-from processing.review.recording import whole_recording
-from processing.review.reproduction_layout import HEADINGS, SHARED_TIMELINE, lay_out
-from processing.review.study import StudyReview, collect_verdicts, entity_path
-from processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.claims_grid import draw_claims
+from orbitscan.processing.review.columns import lay_out_columns
+from orbitscan.processing.review.recording import whole_recording
+from orbitscan.processing.review.reproduction_layout import HEADINGS, SHARED_TIMELINE, lay_out
+from orbitscan.processing.review.study import StudyReview, collect_verdicts, entity_path
+from orbitscan.processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
 
 _LARGEST = 64 << 20  # bytes of the whole
 _MODEL_POINTS = 20_000

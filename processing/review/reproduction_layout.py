@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import rerun.blueprint as rrb
 
-from processing.review import entities
-from processing.review.claims_grid import view_claims
-from processing.review.columns import name_column
-from processing.review.study import StudyReview, collect_verdicts, entity_path
-from processing.review.study_curves import Curve
-from processing.review.verdicts import VERDICTS
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.claims_grid import view_claims
+from orbitscan.processing.review.columns import name_column
+from orbitscan.processing.review.study import StudyReview, collect_verdicts, entity_path
+from orbitscan.processing.review.study_curves import Curve
+from orbitscan.processing.review.verdicts import VERDICTS
 
 SHARED_TIMELINE = "step_or_view"  # the viewer plots over one timeline at a time: here all curves are on it
 HEADINGS = dict(zip(VERDICTS, ("Holds", "Does not hold", "Cannot be told"), strict=True))

@@ -9,20 +9,20 @@ from typing import Self
 import numpy as np
 import rerun as rr
 
-from processing.reconstruction.coverage import Coverage, measure_coverage
-from processing.results.records import METHODS, MethodResult, SessionResult, ViewClassification, ViewResult
-from processing.review import classification, entities, findings, marks, summary, tables
-from processing.review.curves import Curves, error_values, evidence_values, timing_values, turntable_values
-from processing.review.edges import count_edges, strongest
-from processing.review.growing import GrowingRecording
-from processing.review.layout import lay_out
-from processing.review.model import log_model
-from processing.review.placed import PlacedViews
-from processing.review.scene import Scene
-from processing.review.shading import shade_views
-from processing.review.story import Seen, tell
-from recorder import poses
-from recorder.session import SessionInfo
+from orbitscan.processing.reconstruction.coverage import Coverage, measure_coverage
+from orbitscan.processing.results.records import METHODS, MethodResult, SessionResult, ViewClassification, ViewResult
+from orbitscan.processing.review import classification, entities, findings, marks, summary, tables
+from orbitscan.processing.review.curves import Curves, error_values, evidence_values, timing_values, turntable_values
+from orbitscan.processing.review.edges import count_edges, strongest
+from orbitscan.processing.review.growing import GrowingRecording
+from orbitscan.processing.review.layout import lay_out
+from orbitscan.processing.review.model import log_model
+from orbitscan.processing.review.placed import PlacedViews
+from orbitscan.processing.review.scene import Scene
+from orbitscan.processing.review.shading import shade_views
+from orbitscan.processing.review.story import Seen, tell
+from orbitscan.recorder import poses
+from orbitscan.recorder.session import SessionInfo
 
 POINT_BYTES = 64  # of a view's point, or a point of the model, in the file: at most
 SHOWN_FREEDOMS = 3  # motions that nothing determines, as drawn

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from processing.results.records import MethodResult
-from processing.review import entities
-from processing.review.edges import strongest
-from processing.review.wording import number
+from orbitscan.processing.results.records import MethodResult
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.edges import strongest
+from orbitscan.processing.review.wording import number
 
 # From little to much, after ColorBrewer's RdYlBu: the colour-blind tell them apart
 _RAMP = np.array([(80, 130, 235), (150, 205, 225), (255, 240, 150), (252, 150, 85), (225, 45, 40)], float)

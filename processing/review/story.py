@@ -6,12 +6,12 @@ from typing import Self
 
 import numpy as np
 
-from processing.results.records import METHODS, PairEstimate, ViewClassification, ViewEstimate, ViewResult
-from processing.review.classification import describe_view
-from processing.review.edges import strongest
-from processing.review.findings import describe_free_motions, describe_status, list_starts, observable_error
-from processing.review.tables import write_table
-from processing.review.wording import count, in_mm, name_view, number, percent
+from orbitscan.processing.results.records import METHODS, PairEstimate, ViewClassification, ViewEstimate, ViewResult
+from orbitscan.processing.review.classification import describe_view
+from orbitscan.processing.review.edges import strongest
+from orbitscan.processing.review.findings import describe_free_motions, describe_status, list_starts, observable_error
+from orbitscan.processing.review.tables import write_table
+from orbitscan.processing.review.wording import count, in_mm, name_view, number, percent
 
 
 @dataclass(frozen=True)

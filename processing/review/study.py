@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from processing.review.study_curves import Curve, find_curves
-from processing.review.verdicts import Statement
+from orbitscan.processing.review.study_curves import Curve, find_curves
+from orbitscan.processing.review.verdicts import Statement
 
 Cloud = tuple[np.ndarray, np.ndarray | None]  # points (N, 3), z up; colours (N, 3) uint8
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from processing.review.columns import THESIS, is_number
+from orbitscan.processing.review.columns import THESIS, is_number
 
 TIMELINES = {"step": "", "view": "error"}  # columns that count -> what is in the names of the quantities over them
 _STATUS = "status"  # is no label: it changes along a curve

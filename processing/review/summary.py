@@ -5,13 +5,19 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from processing.reconstruction.coverage import Coverage
-from processing.results.records import MethodResult, SessionResult, Turntable, TurntableDeviation, ViewEstimate
-from processing.review.classification import describe_classification
-from processing.review.edges import left_out, strongest
-from processing.review.findings import explain
-from processing.review.tables import tabulate_methods
-from processing.review.wording import describe_freedom, enumerate_views, in_mm, name_gap, name_view, number
+from orbitscan.processing.reconstruction.coverage import Coverage
+from orbitscan.processing.results.records import (
+    MethodResult,
+    SessionResult,
+    Turntable,
+    TurntableDeviation,
+    ViewEstimate,
+)
+from orbitscan.processing.review.classification import describe_classification
+from orbitscan.processing.review.edges import left_out, strongest
+from orbitscan.processing.review.findings import explain
+from orbitscan.processing.review.tables import tabulate_methods
+from orbitscan.processing.review.wording import describe_freedom, enumerate_views, in_mm, name_gap, name_view, number
 
 SHOWN_FAILURES = 10
 SHOWN_FREEDOMS = 3

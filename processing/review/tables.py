@@ -4,11 +4,11 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
-from processing.review.classification import describe_view
-from processing.review.edges import count_edges, strongest
-from processing.review.findings import observable_error
-from processing.review.wording import count, in_mm, number, percent
+from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
+from orbitscan.processing.review.classification import describe_view
+from orbitscan.processing.review.edges import count_edges, strongest
+from orbitscan.processing.review.findings import observable_error
+from orbitscan.processing.review.wording import count, in_mm, number, percent
 
 
 def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:

@@ -12,14 +12,14 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.review import entities
-from processing.review.matrix import draw_matrix, view_matrix
-from processing.review.recording import open_stream
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.matrix import draw_matrix, view_matrix
+from orbitscan.processing.review.recording import open_stream
+from orbitscan.recorder.exceptions import UnwritableOutput
 
 if TYPE_CHECKING:
-    from processing.classification.evaluation import EpochRecord
-    from processing.classification.training import TrainingSettings
+    from orbitscan.processing.classification.evaluation import EpochRecord
+    from orbitscan.processing.classification.training import TrainingSettings
 
 EPOCH_TIMELINE = "epoch"  # from 1
 CURVES: dict[str, tuple[entities.Color, str]] = {

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from mcap.records import Metadata
 
-from recorder.session import SessionInfo
+from orbitscan.recorder.session import SessionInfo
 
 FORMAT_VERSION = "2"  # 1 has no CRC in the metadata
 SESSION, VIEWS = "scan_session", "scan_views"  # names of the records

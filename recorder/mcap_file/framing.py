@@ -6,8 +6,8 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from recorder.mcap_file.index import FOOTER_OPCODE, Summary, fits, says_no_summary
-from recorder.mcap_file.records import ATTACHMENT, CHANNEL, CHUNK, MAGIC, METADATA, RECORD_HEADER
+from orbitscan.recorder.mcap_file.index import FOOTER_OPCODE, Summary, fits, says_no_summary
+from orbitscan.recorder.mcap_file.records import ATTACHMENT, CHANNEL, CHUNK, MAGIC, METADATA, RECORD_HEADER
 
 
 @dataclass(frozen=True)

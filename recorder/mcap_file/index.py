@@ -10,9 +10,9 @@ from io import BytesIO
 from mcap.records import Channel, ChunkIndex, MetadataIndex, Statistics
 from mcap.stream_reader import StreamReader
 
-from recorder.mcap_file.description import SESSION, believe
-from recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC
-from recorder.mcap_file.records import (
+from orbitscan.recorder.mcap_file.description import SESSION, believe
+from orbitscan.recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC
+from orbitscan.recorder.mcap_file.records import (
     CHUNK,
     DAMAGE,
     MAGIC,

@@ -9,8 +9,8 @@ from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from google.protobuf.message import DecodeError
 from mcap.records import Message
 
-from recorder import poses
-from recorder.session import View
+from orbitscan.recorder import poses
+from orbitscan.recorder.session import View
 
 POINTS_TOPIC = "/camera/points"
 POSES_TOPIC = "/tf"

@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 
-from recorder import poses
-from recorder.exceptions import UnreadableRecording
-from recorder.mcap_file.description import describe
-from recorder.mcap_file.index import read_index, read_summary
-from recorder.mcap_file.messages import ENCODING, POINTS_TOPIC, decode_cloud
-from recorder.mcap_file.records import DAMAGE, MAGIC, Contents, read_message
-from recorder.mcap_file.search import search
-from recorder.session import Session, View
+from orbitscan.recorder import poses
+from orbitscan.recorder.exceptions import UnreadableRecording
+from orbitscan.recorder.mcap_file.description import describe
+from orbitscan.recorder.mcap_file.index import read_index, read_summary
+from orbitscan.recorder.mcap_file.messages import ENCODING, POINTS_TOPIC, decode_cloud
+from orbitscan.recorder.mcap_file.records import DAMAGE, MAGIC, Contents, read_message
+from orbitscan.recorder.mcap_file.search import search
+from orbitscan.recorder.session import Session, View
 
 _REMEDY = "make a recording with 'orbitscan convert'"
 
 
-def read(path: Path) -> Session:
+def read(path: str | Path) -> Session:
     """The session of a recording; views are read from the file when asked for, with their CRC checked.
 
     A view that is lost comes with `damage` and no points. Raises UnreadableRecording where nothing can be read, and

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 from mcap.records import Channel, Message, Metadata
 
-from recorder.mcap_file.description import LOST_AT_MOST, SESSION, VIEWS, believe
-from recorder.mcap_file.framing import Framing, lies_in, walk
-from recorder.mcap_file.index import Summary
-from recorder.mcap_file.messages import ENCODING, POINTS_TOPIC, POSES_TOPIC, look_like
-from recorder.mcap_file.records import (
+from orbitscan.recorder.mcap_file.description import LOST_AT_MOST, SESSION, VIEWS, believe
+from orbitscan.recorder.mcap_file.framing import Framing, lies_in, walk
+from orbitscan.recorder.mcap_file.index import Summary
+from orbitscan.recorder.mcap_file.messages import ENCODING, POINTS_TOPIC, POSES_TOPIC, look_like
+from orbitscan.recorder.mcap_file.records import (
     DAMAGE,
     MAGIC,
     RECORD_HEADER,

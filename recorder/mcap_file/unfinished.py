@@ -5,8 +5,8 @@ import sys
 import time
 from pathlib import Path
 
-from recorder.mcap_file.index import FOOTER, FOOTER_LENGTH, FOOTER_OPCODE
-from recorder.mcap_file.records import MAGIC, RECORD_HEADER
+from orbitscan.recorder.mcap_file.index import FOOTER, FOOTER_LENGTH, FOOTER_OPCODE
+from orbitscan.recorder.mcap_file.records import MAGIC, RECORD_HEADER
 
 QUIET_S = 10.0  # an unfinished file that has not changed for so long has no writer any more
 

@@ -8,10 +8,10 @@ from typing import Any
 from mcap.writer import CompressionType
 from mcap_protobuf.writer import Writer
 
-from recorder.exceptions import UnwritableOutput
-from recorder.mcap_file.description import SESSION, VIEWS, info_to_metadata, seal
-from recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC, cloud_message, pose_message
-from recorder.session import Session
+from orbitscan.recorder.exceptions import UnwritableOutput
+from orbitscan.recorder.mcap_file.description import SESSION, VIEWS, info_to_metadata, seal
+from orbitscan.recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC, cloud_message, pose_message
+from orbitscan.recorder.session import Session
 
 
 def write(session: Session, path: Path) -> None:

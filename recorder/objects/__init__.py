@@ -9,8 +9,8 @@ CATEGORIES are what the classifier tells apart, OTHERS what it must not take for
 
 import numpy as np
 
-from recorder.exceptions import InvalidOption
-from recorder.objects import (
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.objects import (
     apple,
     bell_pepper,
     bin,
@@ -28,7 +28,7 @@ from recorder.objects import (
     vacuum_cleaner,
     water_bottle,
 )
-from recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.mesh import Mesh
 
 CATEGORIES = (
     "apple",

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from recorder.objects.fruit import bumps, settled
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import circle, loft, sweep
+from orbitscan.recorder.objects.fruit import bumps, settled
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import circle, loft, sweep
 
 LEVELS, SEGMENTS = 45, 64
 RED, DARK_RED, PINK, ORANGE = (178, 32, 40), (112, 18, 32), (214, 88, 84), (214, 112, 60)

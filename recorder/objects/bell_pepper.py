@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from recorder.objects.fruit import bumps, settled
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import circle, loft, sweep
+from orbitscan.recorder.objects.fruit import bumps, settled
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import circle, loft, sweep
 
 LEVELS, SEGMENTS = 45, 72
 RED, YELLOW, ORANGE, GREEN, LIME = (186, 28, 30), (236, 186, 40), (226, 112, 30), (46, 104, 42), (104, 150, 62)

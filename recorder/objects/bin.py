@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import box, circle, cylinder, revolve, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import box, circle, cylinder, revolve, sweep
 
 BLACK, STEEL = (58, 60, 66), (184, 188, 192)
 PAINTS = ((70, 118, 92), (186, 190, 192), (158, 60, 48), (62, 84, 124), (212, 204, 186))

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.vessel import Color, lathe
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.vessel import Color, lathe
 
 
 @dataclass(frozen=True)

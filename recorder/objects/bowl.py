@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import revolve
-from recorder.objects.vessel import SEGMENTS, coupe, fluted, hollow, inward, polygon, silhouette, superellipse
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import revolve
+from orbitscan.recorder.objects.vessel import SEGMENTS, coupe, fluted, hollow, inward, polygon, silhouette, superellipse
 
 CLAY, WHITE = (176, 132, 100), (238, 236, 228)
 RED, BLUE, TEAL, GREEN = (172, 62, 50), (48, 84, 146), (62, 138, 140), (104, 128, 82)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import revolve, rounded_rectangle, sweep
-from recorder.objects.vessel import SEGMENTS
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.vessel import SEGMENTS
 
 
 def screw_cap(radius: float, height: float, dome: float = 0.0) -> Mesh:

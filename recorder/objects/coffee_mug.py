@@ -3,10 +3,10 @@ who stands before it finds it."""
 
 import numpy as np
 
-from recorder.objects.handle import ANGULAR, BOWS, EAR, HIGH, LOOP, Bow, C, D, handle
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import revolve, rounded_rectangle, sweep
-from recorder.objects.vessel import coupe, hollow, silhouette, superellipse
+from orbitscan.recorder.objects.handle import ANGULAR, BOWS, EAR, HIGH, LOOP, Bow, C, D, handle
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.vessel import coupe, hollow, silhouette, superellipse
 
 WHITE = (238, 236, 228)
 RED, BLUE, YELLOW, GREEN = (196, 70, 54), (52, 98, 158), (230, 186, 60), (74, 124, 84)

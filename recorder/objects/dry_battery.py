@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import circle, cylinder, loft, prism, revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import circle, cylinder, loft, prism, revolve, rounded_rectangle, sweep
 
 SEGMENTS = 48
 CELLS = {  # least and largest of diameter, length, nub's diameter, nub's height [m]

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import circle, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import circle, rounded_rectangle, sweep
 
 
 @dataclass(frozen=True)

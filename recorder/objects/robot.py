@@ -5,8 +5,8 @@ Shapes of every size, and no side of it repeats another.
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import box, circle, cylinder, ellipsoid, prism, revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, prism, revolve, rounded_rectangle, sweep
 
 BLACK, DARK, GREY, SILVER = (58, 60, 66), (92, 96, 104), (140, 144, 150), (200, 204, 208)
 RED, BLUE, ORANGE, YELLOW = (186, 38, 44), (48, 100, 172), (230, 126, 40), (236, 200, 48)

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import box, loft, revolve
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import box, loft, revolve
 
 BRONZE, PLASTER, MARBLE, CLAY, IRON = (122, 96, 66), (222, 216, 204), (206, 208, 212), (178, 116, 84), (96, 100, 106)
 STONES = ((112, 108, 104), (74, 76, 82), (150, 92, 72), (190, 184, 170))

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import box, circle, cylinder, loft, prism, revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import box, circle, cylinder, loft, prism, revolve, rounded_rectangle, sweep
 
 BLACK, DARK, GREY, SILVER = (58, 60, 66), (88, 92, 100), (144, 148, 154), (200, 204, 208)
 RED, BLUE, GREEN, PURPLE, ORANGE, WHITE = (

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import circle, loft
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import circle, loft
 
 SEGMENTS = 96  # facets this fine are no features
 

@@ -3,11 +3,11 @@ capped; but for the last styles they are surfaces of revolution."""
 
 import numpy as np
 
-from recorder.objects.bottle import Form, body
-from recorder.objects.closure import carrying_loop, cup_lid, screw_cap, sports_cap, tether
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import revolve
-from recorder.objects.vessel import SEGMENTS, superellipse
+from orbitscan.recorder.objects.bottle import Form, body
+from orbitscan.recorder.objects.closure import carrying_loop, cup_lid, screw_cap, sports_cap, tether
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import revolve
+from orbitscan.recorder.objects.vessel import SEGMENTS, superellipse
 
 STEEL, BLACK, WHITE = (188, 192, 196), (58, 60, 66), (234, 234, 230)
 RED, BLUE, AQUA, GREEN = (188, 58, 52), (44, 88, 160), (104, 186, 204), (86, 148, 92)

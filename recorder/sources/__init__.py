@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from recorder.exceptions import UnknownFormat
-from recorder.session import Session
-from recorder.sources import clouds, collection, pose_file, stanford, washington
-from recorder.sources.options import CaptureOptions
+from orbitscan.recorder.exceptions import UnknownFormat
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources import clouds, collection, pose_file, stanford, washington
+from orbitscan.recorder.sources.options import CaptureOptions
 
 FORMATS = {"clouds": clouds, "stanford": stanford, "washington": washington}
 _CHOICES = (

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from recorder.exceptions import InvalidOption, UnreadableCloud
-from recorder.sources import pcd_file, ply_file
-from recorder.sources.point_table import RGB_FIELDS, read_numbers, split_columns
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
+from orbitscan.recorder.sources import pcd_file, ply_file
+from orbitscan.recorder.sources.point_table import RGB_FIELDS, read_numbers, split_columns
 
 Columns = tuple[str, str, str]  # the names of those that hold x, y and z
 

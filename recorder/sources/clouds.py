@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from natsort import natsorted
 
-from recorder import poses
-from recorder.conversion import Conversion
-from recorder.exceptions import InvalidPose, UnknownFormat
-from recorder.session import Session, SessionInfo, View
-from recorder.sources import cloud_file, pose_file
-from recorder.sources.options import CaptureOptions
-from recorder.sources.pose_file import PoseFile
+from orbitscan.recorder import poses
+from orbitscan.recorder.conversion import Conversion
+from orbitscan.recorder.exceptions import InvalidPose, UnknownFormat
+from orbitscan.recorder.session import Session, SessionInfo, View
+from orbitscan.recorder.sources import cloud_file, pose_file
+from orbitscan.recorder.sources.options import CaptureOptions
+from orbitscan.recorder.sources.pose_file import PoseFile
 
 
 def recognises(path: Path) -> bool:

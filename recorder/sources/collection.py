@@ -9,11 +9,11 @@ from pathlib import Path
 
 from natsort import natsorted
 
-from recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat
-from recorder.session import Session, SessionInfo
-from recorder.sources import cloud_file, pose_file
-from recorder.sources.clouds import find_clouds, load_view, sensor_origin
-from recorder.sources.options import CaptureOptions
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat
+from orbitscan.recorder.session import Session, SessionInfo
+from orbitscan.recorder.sources import cloud_file, pose_file
+from orbitscan.recorder.sources.clouds import find_clouds, load_view, sensor_origin
+from orbitscan.recorder.sources.options import CaptureOptions
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from types import ModuleType
 
 import numpy as np
 
-from recorder import objects
-from recorder.exceptions import MissingLibrary, UnreadableCloud
-from recorder.objects.mesh import Mesh
+from orbitscan.recorder import objects
+from orbitscan.recorder.exceptions import MissingLibrary, UnreadableCloud
+from orbitscan.recorder.objects.mesh import Mesh
 
 MAX_DIAMETER = 20.0  # [m]; a mesh beyond it is in millimetres
 

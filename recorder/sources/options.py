@@ -4,8 +4,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Literal
 
-from recorder.conversion import Conversion
-from recorder.exceptions import InvalidOption
+from orbitscan.recorder.conversion import Conversion
+from orbitscan.recorder.exceptions import InvalidOption
 
 
 @dataclass(frozen=True)

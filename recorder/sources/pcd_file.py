@@ -6,7 +6,7 @@ from typing import IO
 
 import numpy as np
 
-from recorder.sources.point_table import read_bytes, read_lines, split_fields
+from orbitscan.recorder.sources.point_table import read_bytes, read_lines, split_fields
 
 _TYPES = {"F": "f", "I": "i", "U": "u"}
 

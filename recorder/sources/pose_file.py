@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from natsort import natsorted
 
-from recorder import poses
-from recorder.exceptions import InvalidPose
+from orbitscan.recorder import poses
+from orbitscan.recorder.exceptions import InvalidPose
 
 _SHAPES = "TUM (stamp x y z qx qy qz qw), KITTI (12 numbers a line), 4x4 (16 numbers a line, or 4 lines of 4) or JSON"
 _NAMES = ("pose", "traj", "truth", "extrinsic", "transform")

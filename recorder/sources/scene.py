@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.sources.mesh_file import load_open3d
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.sources.mesh_file import load_open3d
 
 if TYPE_CHECKING:
     from open3d.t.geometry import RaycastingScene

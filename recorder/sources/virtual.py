@@ -10,12 +10,12 @@ from typing import Literal
 
 import numpy as np
 
-from recorder import objects, poses
-from recorder.exceptions import InvalidOption
-from recorder.session import DEFAULT_VIEWS, Session, SessionInfo, View
-from recorder.sources.depth_sensor import DepthSensor, GaussianSensor, Kinect
-from recorder.sources.mesh_file import read_mesh
-from recorder.sources.scene import Scene
+from orbitscan.recorder import objects, poses
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import DEFAULT_VIEWS, Session, SessionInfo, View
+from orbitscan.recorder.sources.depth_sensor import DepthSensor, GaussianSensor, Kinect
+from orbitscan.recorder.sources.mesh_file import read_mesh
+from orbitscan.recorder.sources.scene import Scene
 
 MAX_PIXELS = 8_000_000  # of an image; more would not fit small machines' memory
 DISTANCE = {"gaussian": 1.0, "kinect": 0.72}  # [m], of the camera where none is given
@@ -23,7 +23,7 @@ FOCAL = {"gaussian": 525.0, "kinect": 570.0}  # [pixels]
 
 
 def simulate(
-    what: str,
+    what: str | Path,
     *,
     instance: int = 1,
     views: int = DEFAULT_VIEWS,
@@ -47,7 +47,7 @@ def simulate(
     its place in the turn alone (a Kinect's: and from the session's name); `threads` cast their rays (0: all).
     Raises InvalidOption, and UnreadableCloud for a file that holds no mesh.
     """
-    path = Path(what)
+    what, path = str(what), Path(what)
     from_file = what not in objects.names() and bool(path.suffix or path.exists())
     mesh = read_mesh(path) if from_file else objects.build(what, instance)
     low, high = mesh.bounds

@@ -5,11 +5,11 @@ from collections import defaultdict
 from functools import partial
 from pathlib import Path
 
-from recorder.conversion import Conversion
-from recorder.exceptions import UnknownFormat
-from recorder.session import Session, SessionInfo
-from recorder.sources.clouds import load_view
-from recorder.sources.options import CaptureOptions
+from orbitscan.recorder.conversion import Conversion
+from orbitscan.recorder.exceptions import UnknownFormat
+from orbitscan.recorder.session import Session, SessionInfo
+from orbitscan.recorder.sources.clouds import load_view
+from orbitscan.recorder.sources.options import CaptureOptions
 
 _NAME = re.compile(r"(?P<category>[a-z]\w*?)_(?P<instance>\d+)_(?P<video>\d+)_(?P<frame>\d+)", re.IGNORECASE)
 _AXES = "RFU"  # y away from the camera, z up

@@ -64,7 +64,7 @@ def main() -> None:
 
 def process(recordings: Path, results: Path, workers: int) -> Run:
     """Run the command with a thread for each worker, and watch it."""
-    orbitscan = [sys.executable, "-c", "from processing.cli import main; main()"]
+    orbitscan = [sys.executable, "-c", "from orbitscan.processing.cli import main; main()"]
     command = [*orbitscan, "process", recordings, "-o", results, "--workers", str(workers)]
     memory: dict[int, list[float]] = {}
     started = time.perf_counter()

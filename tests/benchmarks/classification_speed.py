@@ -16,15 +16,15 @@ from pathlib import Path
 
 import numpy as np
 
-from processing.classification.classifier import Classifier
-from processing.classification.descriptor_matching import KINDS, build_database, classify_views
-from processing.classification.evaluation import EpochRecord
-from processing.classification.labelled_views import LabelledViews, gather, split_views
-from processing.classification.training import THESIS, TrainingSettings, train
-from recorder.objects import CATEGORIES
-from recorder.session import Session
-from recorder.sources import ply_file
-from recorder.sources.virtual import simulate
+from orbitscan.processing.classification.classifier import Classifier
+from orbitscan.processing.classification.descriptor_matching import KINDS, build_database, classify_views
+from orbitscan.processing.classification.evaluation import EpochRecord
+from orbitscan.processing.classification.labelled_views import LabelledViews, gather, split_views
+from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
+from orbitscan.recorder.objects import CATEGORIES
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources import ply_file
+from orbitscan.recorder.sources.virtual import simulate
 
 TESTED = 475  # views, as in the thesis
 THESIS_SECONDS = {"network": "< 0.1 (GPU)", "shot": 175, "fpfh": 240, "pfh": 6049, "esf": 15}
@@ -71,7 +71,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         cloud = Path(folder) / "view.ply"
         ply_file.write(cloud, clouds[0])
-        command = [sys.executable, "-c", "from processing.cli import main; main()", "classify", str(cloud)]
+        command = [sys.executable, "-c", "from orbitscan.processing.cli import main; main()", "classify", str(cloud)]
         one = seconds(lambda: subprocess.run(command, check=True, capture_output=True), 3)
     print(f"one view from the shell: {one:.2f} s")
     views = gather(sessions(range(1, 4), 48))

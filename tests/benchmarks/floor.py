@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from recorder import poses
+from orbitscan.recorder import poses
 
 UNDETERMINED = 0.01  # along the normals, of a motion of the points by 1
 

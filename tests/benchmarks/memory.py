@@ -13,9 +13,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 
-from recorder import mcap_file
-from recorder.session import Session
-from recorder.sources.virtual import simulate
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources.virtual import simulate
 
 LIMIT_GB = 1.5
 
@@ -28,7 +28,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         recording = Path(folder) / "robot.mcap"
         mcap_file.write(_shown(simulate("robot", views=views)), recording)
-        orbitscan = [sys.executable, "-c", "from processing.cli import main; main()"]
+        orbitscan = [sys.executable, "-c", "from orbitscan.processing.cli import main; main()"]
         command = [*orbitscan, "process", recording, "-o", folder, "--views", "all"]
         started = time.perf_counter()
         status = subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode

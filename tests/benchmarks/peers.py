@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import open3d as o3d
 
-from recorder import cloud, poses
-from recorder.session import Session
+from orbitscan.recorder import cloud, poses
+from orbitscan.recorder.session import Session
 
 OPEN3D = "Open3D FPFH+RANSAC+plane"
 POSE_GRAPH = "Open3D pose graph"

@@ -20,9 +20,9 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from processing.pipeline import process
-from processing.results.records import METHODS
-from processing.settings import Settings
+from orbitscan.processing.pipeline import process
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.settings import Settings
 from tests.benchmarks import peers, sessions, tables
 from tests.benchmarks.scores import PairScore, SessionScore, score_pair, score_session
 from tests.benchmarks.sessions import Case, Scan

@@ -4,9 +4,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from recorder import objects
-from recorder.objects.mesh import Mesh
-from recorder.sources.depth_sensor import KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG
+from orbitscan.recorder import objects
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.sources.depth_sensor import KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG
 
 CREASE_DEG = 25.0  # facets that meet at less stand for a round surface
 SAME = 2e-4  # of the distance: two hits on one ray are one point
@@ -52,7 +52,7 @@ class Scene:
 
 @lru_cache(maxsize=4)
 def of_object(name: str, instance: int) -> Scene:
-    """The scene of one of `recorder.objects`."""
+    """The scene of one of `orbitscan.recorder.objects`."""
     return Scene(objects.build(name, instance))
 
 

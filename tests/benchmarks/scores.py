@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from processing.errors import center_error, rotation_error, rotation_error_deg
-from recorder import poses
+from orbitscan.processing.errors import center_error, rotation_error, rotation_error_deg
+from orbitscan.recorder import poses
 from tests.benchmarks import floor
 from tests.benchmarks.sessions import ASYMMETRIC, Case, Scan
 

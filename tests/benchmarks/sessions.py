@@ -6,9 +6,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from recorder import objects, poses
-from recorder.session import Session, in_memory
-from recorder.sources.virtual import simulate
+from orbitscan.recorder import objects, poses
+from orbitscan.recorder.session import Session, in_memory
+from orbitscan.recorder.sources.virtual import simulate
 from tests.benchmarks import scene as scenes
 from tests.benchmarks.floor import Information, inform, pair_variance
 from tests.benchmarks.scene import Scene

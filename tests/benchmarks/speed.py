@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from processing.compilation import compile_kernels
-from processing.features.shot import describe
-from processing.pipeline import process
-from processing.results.records import METHODS, SessionResult
-from recorder.session import Session
+from orbitscan.processing.compilation import compile_kernels
+from orbitscan.processing.features.shot import describe
+from orbitscan.processing.pipeline import process
+from orbitscan.processing.results.records import METHODS, SessionResult
+from orbitscan.recorder.session import Session
 from tests.benchmarks import peers, sessions
 from tests.benchmarks.sessions import Case
 from tests.benchmarks.tables import print_table

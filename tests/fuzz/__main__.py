@@ -8,8 +8,8 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
-from processing.compilation import ensure_compiled
-from recorder.progress import progress
+from orbitscan.processing.compilation import ensure_compiled
+from orbitscan.recorder.progress import progress
 from tests.fuzz.mutations import KINDS
 from tests.fuzz.trial import Trial, run_trials
 

@@ -10,8 +10,8 @@ import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from processing.cli import app
-from recorder.cli import run
+from orbitscan.processing.cli import app
+from orbitscan.recorder.cli import run
 
 LIMIT_S = 10.0
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from mcap.reader import make_reader
 
-from recorder import mcap_file
-from recorder.session import Session, SessionInfo, in_memory
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.session import Session, SessionInfo, in_memory
 from tests.fuzz.mutations import MAGIC, Bytes
 from tests.geometry import scan
 

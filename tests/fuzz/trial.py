@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from processing.compilation import ensure_compiled
-from recorder import mcap_file
-from recorder.exceptions import UnreadableRecording
+from orbitscan.processing.compilation import ensure_compiled
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import UnreadableRecording
 from tests.fuzz.commands import peak_mb, run_command
 from tests.fuzz.mutations import mutate
 from tests.fuzz.original import VIEWS, Original, find_whole, make_original

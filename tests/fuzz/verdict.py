@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from recorder.session import Session, SessionInfo
+from orbitscan.recorder.session import Session, SessionInfo
 from tests.fuzz.commands import LIMIT_S, Ended
 from tests.fuzz.original import VIEWS, Original, Whole
 

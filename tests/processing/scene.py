@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from processing.pipeline import _Steps
-from processing.results.records import METHODS, Evidence, PairEstimate
-from processing.settings import Settings
-from processing.surface import choose_scale
-from processing.timing import Stopwatch
-from recorder import poses
+from orbitscan.processing.pipeline import _Steps
+from orbitscan.processing.results.records import METHODS, Evidence, PairEstimate
+from orbitscan.processing.settings import Settings
+from orbitscan.processing.surface import choose_scale
+from orbitscan.processing.timing import Stopwatch
+from orbitscan.recorder import poses
 
 SETTINGS = Settings()
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from processing import batch
-from processing.batch import Job, process_recording
-from processing.inputs import find_recordings
-from recorder import mcap_file
-from recorder.exceptions import UnreadableRecording
+from orbitscan.processing import batch
+from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.inputs import find_recordings
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import UnreadableRecording
 from tests.geometry import scan
 
 SMALL = {"views": "2", "methods": ("icp",), "model": None}

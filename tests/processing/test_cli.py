@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from processing.batch import Job, process_recording
-from processing.classification import PACKAGED
-from recorder import mcap_file
-from recorder.exceptions import UnreadableRecording
-from recorder.objects import CATEGORIES
-from recorder.session import in_memory
-from recorder.sources import ply_file
+from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.classification import PACKAGED
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import UnreadableRecording
+from orbitscan.recorder.objects import CATEGORIES
+from orbitscan.recorder.session import in_memory
+from orbitscan.recorder.sources import ply_file
 from tests.geometry import bottle, scan
 from tests.viewer import RERUN, NoViewer, find_reports, open_viewer
 
@@ -417,6 +417,6 @@ def test_in_a_batch_one_broken_recording_does_not_stop_the_others(done, tmp_path
 
 
 def test_help_imports_nothing_heavy():
-    code = "import sys, processing.cli; print(*sys.modules)"
+    code = "import sys, orbitscan.processing.cli; print(*sys.modules)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"numpy", "scipy", "open3d", "numba", "rerun", "pydantic"} & set(found.stdout.split())

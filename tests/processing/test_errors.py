@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from processing import errors
-from processing.pipeline import process
-from processing.results.records import Freedom, SessionResult, ViewResult
-from recorder import poses
+from orbitscan.processing import errors
+from orbitscan.processing.pipeline import process
+from orbitscan.processing.results.records import Freedom, SessionResult, ViewResult
+from orbitscan.recorder import poses
 from tests.geometry import bottle, random_pose, scan, sphere
 from tests.processing.scene import Scene, edge
 

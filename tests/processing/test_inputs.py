@@ -2,8 +2,8 @@
 
 import pytest
 
-from processing.inputs import find_recordings, find_unfinished
-from recorder.exceptions import InvalidOption, UnreadableRecording
+from orbitscan.processing.inputs import find_recordings, find_unfinished
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
 
 
 def test_folders_files_and_patterns_name_recordings_once(tmp_path):

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 import torch
 
-from processing.classification import checkpoint
-from processing.classification.labelled_views import gather, split_views
-from processing.classification.training import THESIS, TrainingSettings, train
-from processing.cli import app
-from processing.settings import read_settings
-from recorder import cli as recorder_cli
-from recorder import mcap_file
-from recorder.sources import ply_file
+from orbitscan.processing.classification import checkpoint
+from orbitscan.processing.classification.labelled_views import gather, split_views
+from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
+from orbitscan.processing.cli import app
+from orbitscan.processing.settings import read_settings
+from orbitscan.recorder import cli as recorder_cli
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.sources import ply_file
 from tests.processing.classification import toys
 
 ORBITSCAN = Path(sys.executable).with_name("orbitscan")
@@ -174,7 +174,8 @@ def test_millimetres_taken_for_metres_are_noticed(trained):
 def test_the_packaged_model_answers_without_open3d(trained):
     folder, _ = trained
     code = (
-        "import sys; from processing.cli import app; app(['classify', 'toys/ball_1.mcap'], standalone_mode=False); "
+        "import sys; from orbitscan.processing.cli import app; "
+        "app(['classify', 'toys/ball_1.mcap'], standalone_mode=False); "
         "assert 'open3d' not in sys.modules and 'rerun' not in sys.modules and 'numba' not in sys.modules"
     )
     finished = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)

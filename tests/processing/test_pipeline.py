@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.pipeline import process
-from processing.results.records import METHODS, SessionResult, ViewResult
-from processing.settings import Settings
-from recorder import mcap_file
-from recorder.session import SessionInfo, View, in_memory
+from orbitscan.processing.pipeline import process
+from orbitscan.processing.results.records import METHODS, SessionResult, ViewResult
+from orbitscan.processing.settings import Settings
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 from tests.geometry import scan
 
 

@@ -2,7 +2,7 @@
 
 from rich.text import Text
 
-from processing.printing import print_table
+from orbitscan.processing.printing import print_table
 
 
 def test_headers_and_cells_are_no_markup(capsys):

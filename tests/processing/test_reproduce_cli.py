@@ -5,11 +5,11 @@ from importlib import import_module
 
 import pytest
 
-from processing.cli import app
-from processing.reproduction import STUDIES, find
-from processing.reproduction.report import Report
-from recorder import cli as recorder_cli
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.cli import app
+from orbitscan.processing.reproduction import STUDIES, find
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.recorder import cli as recorder_cli
+from orbitscan.recorder.exceptions import InvalidOption
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def orbitscan(monkeypatch, tmp_path, capsys):
 @pytest.mark.parametrize("name", STUDIES)
 def test_every_study_is_a_function_with_a_word_on_it(name):
     module, function = STUDIES[name].split(".")
-    assert find(name) is getattr(import_module(f"processing.reproduction.{module}"), function)
+    assert find(name) is getattr(import_module(f"orbitscan.processing.reproduction.{module}"), function)
     assert find(name).__doc__
 
 
@@ -70,8 +70,8 @@ def test_a_study_that_fails_does_not_stop_the_others(orbitscan, tmp_path, monkey
     def succeed(plan):
         return Report("table-5.2", "A table", [{"a": 1}], ["Said."])
 
-    monkeypatch.setattr("processing.reproduce_cli.STUDIES", {"gallery": "", "table-5.2": ""})
-    monkeypatch.setattr("processing.reproduce_cli.find", {"gallery": fail, "table-5.2": succeed}.__getitem__)
+    monkeypatch.setattr("orbitscan.processing.reproduce_cli.STUDIES", {"gallery": "", "table-5.2": ""})
+    monkeypatch.setattr("orbitscan.processing.reproduce_cli.find", {"gallery": fail, "table-5.2": succeed}.__getitem__)
     status, out, err = orbitscan("reproduce", "all", "-o", "out")
     assert status == 1
     assert err.splitlines()[-1] == "gallery: here: goes nothing; go elsewhere"
@@ -81,7 +81,9 @@ def test_a_study_that_fails_does_not_stop_the_others(orbitscan, tmp_path, monkey
 
 def test_many_rows_are_cut_and_unknown_values_are_dashes(orbitscan, monkeypatch):
     rows = [{"step": i, "loss": None} for i in range(50)]
-    monkeypatch.setattr("processing.reproduce_cli.find", lambda name: lambda plan: Report(name, "Steps", rows, []))
+    monkeypatch.setattr(
+        "orbitscan.processing.reproduce_cli.find", lambda name: lambda plan: Report(name, "Steps", rows, [])
+    )
     _, out, _ = orbitscan("reproduce", "table-5.2", "-o", "out")
     assert "... 10 more rows in table-5.2.csv" in out
     assert out.count(" -") == 40

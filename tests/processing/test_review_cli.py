@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from processing.batch import Job, process_recording
-from processing.review.picture import NoViewer, open_viewer
-from recorder import mcap_file
+from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.review.picture import NoViewer, open_viewer
+from orbitscan.recorder import mcap_file
 from tests.geometry import scan
 from tests.processing.results.test_comparison import change, copy
 from tests.viewer import find_reports

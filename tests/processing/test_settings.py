@@ -2,8 +2,8 @@
 
 import pytest
 
-from processing.settings import Settings, read_settings
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.settings import Settings, read_settings
+from orbitscan.recorder.exceptions import InvalidOption
 
 
 def write(tmp_path, text):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.surface import SurfaceSettings, choose_scale, prepare
-from recorder.session import SessionInfo, View, in_memory
+from orbitscan.processing.surface import SurfaceSettings, choose_scale, prepare
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 from tests.geometry import scan, sphere
 
 HOW = SurfaceSettings()

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from processing.timing import Stopwatch, total
+from orbitscan.processing.timing import Stopwatch, total
 
 
 def test_a_stage_inside_another_is_not_counted_twice():

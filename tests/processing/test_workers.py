@@ -9,10 +9,10 @@ import filelock
 import psutil
 import pytest
 
-from processing import workers
-from processing.batch import Job, Outcome
-from processing.workers import process_all
-from recorder.exceptions import InvalidOption
+from orbitscan.processing import workers
+from orbitscan.processing.batch import Job, Outcome
+from orbitscan.processing.workers import process_all
+from orbitscan.recorder.exceptions import InvalidOption
 
 
 def die_of_some(path, job):
@@ -49,8 +49,8 @@ def test_one_process_at_a_time_writes_into_results(tmp_path):
 PARENT = """
 from pathlib import Path
 import sys
-from processing import workers
-from processing.batch import Job
+from orbitscan.processing import workers
+from orbitscan.processing.batch import Job
 from tests.processing.test_workers import wait_for_ever
 if __name__ == "__main__":
     workers.process_recording = wait_for_ever

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from recorder import alignment, poses
-from recorder.conversion import Conversion
-from recorder.session import SessionInfo, View, in_memory
-from recorder.sources import open_capture
+from orbitscan.recorder import alignment, poses
+from orbitscan.recorder.conversion import Conversion
+from orbitscan.recorder.session import SessionInfo, View, in_memory
+from orbitscan.recorder.sources import open_capture
 from tests.geometry import scan
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from recorder import poses
-from recorder.check import check
-from recorder.conversion import Conversion
-from recorder.exceptions import InvalidPose
-from recorder.session import Session, SessionInfo, View, in_memory
-from recorder.sources import open_capture
+from orbitscan.recorder import poses
+from orbitscan.recorder.check import check
+from orbitscan.recorder.conversion import Conversion
+from orbitscan.recorder.exceptions import InvalidPose
+from orbitscan.recorder.session import Session, SessionInfo, View, in_memory
+from orbitscan.recorder.sources import open_capture
 from tests.geometry import scan
 from tests.recorder.test_alignment import BLOB, INVERTED, misread
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import typer
 
-from recorder import cli, mcap_file, poses
-from recorder.session import in_memory
+from orbitscan.recorder import cli, mcap_file, poses
+from orbitscan.recorder.session import in_memory
 from tests.geometry import scan
 from tests.recorder.mcap_file.session import cloud_offsets, damage_chunk
 
@@ -326,7 +326,7 @@ def test_simulate_records_an_object(orbitscan, tmp_path):
 
 @pytest.fixture
 def one_bowl(monkeypatch):
-    monkeypatch.setattr("recorder.corpus.INSTANCES", {"bowl": 1})
+    monkeypatch.setattr("orbitscan.recorder.corpus.INSTANCES", {"bowl": 1})
 
 
 def test_simulate_records_a_corpus_and_goes_on_with_it(orbitscan, tmp_path, one_bowl):
@@ -352,7 +352,7 @@ def test_one_object_is_seen_by_a_kinect(orbitscan, tmp_path):
 
 
 def test_other_things_are_a_corpus_too(orbitscan, tmp_path, monkeypatch):
-    monkeypatch.setattr("recorder.objects.OTHERS", ("bin",), raising=False)
+    monkeypatch.setattr("orbitscan.recorder.objects.OTHERS", ("bin",), raising=False)
     status, out, _ = orbitscan("simulate", "others", "-o", "others", "--views", "2")
     assert (status, out.splitlines()[0]) == (0, "others: 9 recordings, 18 views")
     assert (tmp_path / "others" / "bin_3_4.mcap").exists()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from recorder import cloud
+from orbitscan.recorder import cloud
 
 
 def grid(step=0.002, sides=(0.2, 0.1), z=0.7):

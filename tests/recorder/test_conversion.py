@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recorder import poses
-from recorder.alignment import right_handed_axes
-from recorder.conversion import DIRECTIONS, METRES, Conversion, recorded
-from recorder.exceptions import InvalidOption
-from recorder.session import SessionInfo
+from orbitscan.recorder import poses
+from orbitscan.recorder.alignment import right_handed_axes
+from orbitscan.recorder.conversion import DIRECTIONS, METRES, Conversion, recorded
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import SessionInfo
 from tests.geometry import random_pose
 
 conversions = st.builds(

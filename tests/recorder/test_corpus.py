@@ -4,9 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from recorder import mcap_file
-from recorder.corpus import INSTANCES, Camera, Circle, open_circle, plan, record, record_all
-from recorder.exceptions import InvalidOption, UnwritableOutput
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.corpus import INSTANCES, Camera, Circle, open_circle, plan, record, record_all
+from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput
 
 pytestmark = pytest.mark.usefixtures("open3d")
 QUICK = Camera(views=200, every=100)

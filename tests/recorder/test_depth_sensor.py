@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from recorder import cloud, objects, poses
-from recorder.exceptions import InvalidOption
-from recorder.sources import open_capture
-from recorder.sources.depth_sensor import Kinect, _smooth
-from recorder.sources.virtual import simulate
+from orbitscan.recorder import cloud, objects, poses
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.sources import open_capture
+from orbitscan.recorder.sources.depth_sensor import Kinect, _smooth
+from orbitscan.recorder.sources.virtual import simulate
 
 FACING = np.ones((120, 160))
 

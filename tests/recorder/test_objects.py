@@ -4,11 +4,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from recorder import objects
-from recorder.exceptions import InvalidOption
-from recorder.objects import bowl, vessel, water_bottle
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve, rounded_rectangle, sweep
+from orbitscan.recorder import objects
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.objects import bowl, vessel, water_bottle
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import (
+    box,
+    circle,
+    cylinder,
+    ellipsoid,
+    loft,
+    prism,
+    revolve,
+    rounded_rectangle,
+    sweep,
+)
 
 SIZES = {  # metres: the least and the largest of every side of the bounding box
     "apple": ((0.055, 0.055, 0.045), (0.105, 0.105, 0.12)),

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from recorder import poses
-from recorder.exceptions import InvalidOption, InvalidPose
+from orbitscan.recorder import poses
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose
 from tests.geometry import random_pose
 
 seeds = st.integers(0, 2**32 - 1)

@@ -1,7 +1,7 @@
 """Progress hands on every item, and a log gets a line now and then."""
 
-from recorder import progress as module
-from recorder.progress import progress
+from orbitscan.recorder import progress as module
+from orbitscan.recorder.progress import progress
 
 
 def test_progress_hands_on_every_item_and_keeps_short_work_silent(capsys):

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recorder.exceptions import InvalidOption
-from recorder.session import Session, SessionInfo, View, in_memory, select_views
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import Session, SessionInfo, View, in_memory, select_views
 
 NAMES = (*(f"bun{i:03d}" for i in range(20)), "chin", "top2", "top3", "ear_back")
 

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from recorder import mcap_file, objects, poses
-from recorder.exceptions import InvalidOption, UnreadableCloud
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import box
-from recorder.sources.virtual import simulate
+from orbitscan.recorder import mcap_file, objects, poses
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import box
+from orbitscan.recorder.sources.virtual import simulate
 
 o3d = pytest.importorskip("open3d", reason="Open3D does not load here", exc_type=(ImportError, OSError))
 

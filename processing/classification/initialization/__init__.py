@@ -6,10 +6,10 @@ from typing import Literal
 import numpy as np
 import torch
 
-from processing.classification.initialization import autoencoder, kmeans
-from processing.classification.labelled_views import LabelledViews
-from processing.classification.network import Network
-from processing.classification.voxels import VoxelSettings, voxel_grids
+from orbitscan.processing.classification.initialization import autoencoder, kmeans
+from orbitscan.processing.classification.labelled_views import LabelledViews
+from orbitscan.processing.classification.network import Network
+from orbitscan.processing.classification.voxels import VoxelSettings, voxel_grids
 
 Init = Literal["glorot", "dcae", "kmeans-pca", "kmeans-zca"]
 _BATCH = 64

@@ -12,9 +12,9 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from processing.classification.initialization.upsampled_convolution import UpsampledConvolution
-from processing.classification.network import BODY, Layer, Network, glorot, parse
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.classification.initialization.upsampled_convolution import UpsampledConvolution
+from orbitscan.processing.classification.network import BODY, Layer, Network, glorot, parse
+from orbitscan.recorder.exceptions import InvalidOption
 
 DCAE = "C(32,5,2)-C(32,3)-P(2)-C(16,3)-P(2)-FC(10)-UP(2)-C(16,3)-UP(2)-C(32,3)-UP(2)-C(1,5)"
 _ADDED = 0.1  # voxels filled for each one emptied

@@ -8,11 +8,11 @@ import numpy as np
 import torch
 from threadpoolctl import threadpool_limits
 
-from processing.classification.network import Network
-from processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
-from processing.features.keypoints import KeypointSettings, detect_keypoints
-from recorder import cloud
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.classification.network import Network
+from orbitscan.processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
+from orbitscan.processing.features.keypoints import KeypointSettings, detect_keypoints
+from orbitscan.recorder import cloud
+from orbitscan.recorder.exceptions import InvalidOption
 
 _STARTS = 3  # of k-means, the best of which counts
 

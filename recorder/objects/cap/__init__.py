@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from recorder.objects.cap.crown import Crown
-from recorder.objects.cap.parts import brim, emblem, eyelets, shell, strap
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import ellipsoid
+from orbitscan.recorder.objects.cap.crown import Crown
+from orbitscan.recorder.objects.cap.parts import brim, emblem, eyelets, shell, strap
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import ellipsoid
 
 NAVY, RED, BLACK, GREEN = (44, 56, 98), (182, 48, 46), (62, 62, 66), (62, 104, 78)
 KHAKI, WHITE, GREY, ORANGE, SKY = (188, 168, 128), (234, 232, 224), (136, 140, 146), (226, 132, 50), (104, 152, 200)

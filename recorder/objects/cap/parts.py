@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from recorder.objects.cap.crown import BEARING, Crown
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import cylinder, loft, rounded_rectangle, sweep
+from orbitscan.recorder.objects.cap.crown import BEARING, Crown
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import cylinder, loft, rounded_rectangle, sweep
 
 BAND = (92, 88, 84)
 SEGMENTS = 96  # around the crown, 16 for a panel

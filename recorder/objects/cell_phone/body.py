@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import box, circle, loft, prism, rounded_rectangle
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import box, circle, loft, prism, rounded_rectangle
 
 BLACK, GRAPHITE, SILVER, WHITE, CREAM = (38, 38, 42), (84, 86, 92), (186, 188, 194), (232, 232, 230), (214, 206, 188)
 NAVY, RED, PINK, TEAL, GOLD = (40, 58, 108), (176, 40, 44), (226, 136, 168), (52, 128, 132), (204, 178, 128)

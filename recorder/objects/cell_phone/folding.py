@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from recorder.objects.cell_phone.body import (
+from orbitscan.recorder.objects.cell_phone.body import (
     BEZEL,
     BLACK,
     GLASS,
@@ -14,8 +14,8 @@ from recorder.objects.cell_phone.body import (
     put_down,
     shell_colors,
 )
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import cylinder
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import cylinder
 
 
 def flip_shut(rng: np.random.Generator) -> Mesh:

@@ -5,9 +5,9 @@ Shut hard and soft covers, coils along a side or the top, open ones with curved 
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.notebook.opened import ajar, open_coiled, open_flat
-from recorder.objects.notebook.shut import coiled, hard_cover, pad, soft_cover
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.notebook.opened import ajar, open_coiled, open_flat
+from orbitscan.recorder.objects.notebook.shut import coiled, hard_cover, pad, soft_cover
 
 STYLES = (hard_cover, coiled, open_flat, soft_cover, pad, open_coiled, ajar)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.notebook.paper import (
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.notebook.paper import (
     CARD,
     PAPER,
     WIRES,
@@ -16,8 +16,8 @@ from recorder.objects.notebook.paper import (
     stack,
     waves,
 )
-from recorder.objects.notebook.shut import spine
-from recorder.objects.solids import box
+from orbitscan.recorder.objects.notebook.shut import spine
+from orbitscan.recorder.objects.solids import box
 
 LARGEST = 0.255  # of a page [m]; two halves of a larger one would be no thing for a table scanner
 

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import circle, sweep
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import circle, sweep
 
 FORMATS = (  # height and width of a page [m]
     (0.148, 0.105),  # A6

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.notebook.paper import (
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.notebook.paper import (
     BLACK,
     CARD,
     PAPER,
@@ -17,7 +17,7 @@ from recorder.objects.notebook.paper import (
     stack,
     waves,
 )
-from recorder.objects.solids import box, loft
+from orbitscan.recorder.objects.solids import box, loft
 
 
 def hard_cover(rng: np.random.Generator) -> Mesh:

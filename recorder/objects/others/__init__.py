@@ -4,13 +4,13 @@ Each is one function from a random generator to a coloured mesh in real sizes as
 towards +x.
 """
 
-from recorder.objects.others.desk import camera, computer_mouse, desk_lamp, headphones, keyboard
-from recorder.objects.others.food import banana, bread_loaf, mushroom, pear
-from recorder.objects.others.house import ball, comb, hand_towel, shoe, sponge, toothbrush, toy_car
-from recorder.objects.others.kitchen import fork, frying_pan, pitcher, plate, spoon, wine_glass
-from recorder.objects.others.packages import cereal_box, food_bag, food_can, milk_carton, soda_can, tissue_box
-from recorder.objects.others.stationery import calculator, marker, stapler, tape_roll
-from recorder.objects.others.tools import flashlight, hammer, light_bulb, scissors, screwdriver
+from orbitscan.recorder.objects.others.desk import camera, computer_mouse, desk_lamp, headphones, keyboard
+from orbitscan.recorder.objects.others.food import banana, bread_loaf, mushroom, pear
+from orbitscan.recorder.objects.others.house import ball, comb, hand_towel, shoe, sponge, toothbrush, toy_car
+from orbitscan.recorder.objects.others.kitchen import fork, frying_pan, pitcher, plate, spoon, wine_glass
+from orbitscan.recorder.objects.others.packages import cereal_box, food_bag, food_can, milk_carton, soda_can, tissue_box
+from orbitscan.recorder.objects.others.stationery import calculator, marker, stapler, tape_roll
+from orbitscan.recorder.objects.others.tools import flashlight, hammer, light_bulb, scissors, screwdriver
 
 BUILDERS = (
     ball,

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from recorder.objects.fruit import bumps
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import circle, loft
+from orbitscan.recorder.objects.fruit import bumps
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import circle, loft
 
 
 def along_x(x: np.ndarray, sections: np.ndarray) -> Mesh:

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.others.bodies import along_x, carton, domed, hoop, lying
-from recorder.objects.others.palette import BLACK, GREY, SKY, STEEL, WHITE, colors
-from recorder.objects.solids import box, circle, cylinder, ellipsoid, prism, revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.others.bodies import along_x, carton, domed, hoop, lying
+from orbitscan.recorder.objects.others.palette import BLACK, GREY, SKY, STEEL, WHITE, colors
+from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, prism, revolve, rounded_rectangle, sweep
 
 BOARDS = (
     (15, 0.0),

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from recorder.objects.fruit import bumps, settled
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.others.bodies import along_x, domed, rumpled
-from recorder.objects.others.palette import BLACK, CREAM, CRUST, GREEN, ORANGE, WHITE, WOOD, YELLOW
-from recorder.objects.solids import circle, revolve, sweep
+from orbitscan.recorder.objects.fruit import bumps, settled
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.others.bodies import along_x, domed, rumpled
+from orbitscan.recorder.objects.others.palette import BLACK, CREAM, CRUST, GREEN, ORANGE, WHITE, WOOD, YELLOW
+from orbitscan.recorder.objects.solids import circle, revolve, sweep
 
 
 def banana(rng: np.random.Generator) -> Mesh:

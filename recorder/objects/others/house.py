@@ -4,10 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.others.bodies import along_x, domed, hoop, lying, rumpled
-from recorder.objects.others.palette import BLACK, GREY, STEEL, WHITE, YELLOW, colors
-from recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.others.bodies import along_x, domed, hoop, lying, rumpled
+from orbitscan.recorder.objects.others.palette import BLACK, GREY, STEEL, WHITE, YELLOW, colors
+from orbitscan.recorder.objects.solids import (
+    box,
+    circle,
+    cylinder,
+    ellipsoid,
+    loft,
+    prism,
+    revolve,
+    rounded_rectangle,
+    sweep,
+)
 
 
 def shoe(rng: np.random.Generator) -> Mesh:

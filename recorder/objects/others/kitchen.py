@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from recorder.objects.handle import LOOP, D, handle
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.others.bodies import tongue
-from recorder.objects.others.palette import BLACK, GREY, STEEL, WHITE, WOOD, Color, colors
-from recorder.objects.solids import circle, cylinder, revolve, rounded_rectangle, sweep
-from recorder.objects.vessel import hollow, lathe, silhouette, superellipse
+from orbitscan.recorder.objects.handle import LOOP, D, handle
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.others.bodies import tongue
+from orbitscan.recorder.objects.others.palette import BLACK, GREY, STEEL, WHITE, WOOD, Color, colors
+from orbitscan.recorder.objects.solids import circle, cylinder, revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.vessel import hollow, lathe, silhouette, superellipse
 
 
 def plate(rng: np.random.Generator) -> Mesh:

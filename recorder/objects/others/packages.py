@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from recorder.objects.closure import screw_cap
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.others.bodies import along_x, carton, lying, rectangle, rumpled
-from recorder.objects.others.palette import STEEL, WHITE, colors
-from recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve
+from orbitscan.recorder.objects.closure import screw_cap
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.others.bodies import along_x, carton, lying, rectangle, rumpled
+from orbitscan.recorder.objects.others.palette import STEEL, WHITE, colors
+from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve
 
 DRINKS = ((0.033, 0.115), (0.033, 0.122), (0.0265, 0.134), (0.029, 0.146), (0.033, 0.168))  # radius and height [m]
 TINS = ((0.0425, 0.037), (0.033, 0.085), (0.037, 0.108), (0.0425, 0.117), (0.050, 0.122))

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.others.bodies import along_x, domed, hoop, lying
-from recorder.objects.others.palette import STEEL, WHITE, colors
-from recorder.objects.solids import box, circle, cylinder, prism, revolve, rounded_rectangle
-from recorder.objects.vessel import polygon
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.others.bodies import along_x, domed, hoop, lying
+from orbitscan.recorder.objects.others.palette import STEEL, WHITE, colors
+from orbitscan.recorder.objects.solids import box, circle, cylinder, prism, revolve, rounded_rectangle
+from orbitscan.recorder.objects.vessel import polygon
 
 
 def marker(rng: np.random.Generator) -> Mesh:

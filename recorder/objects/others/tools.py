@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from recorder.objects.fruit import settled
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.others.bodies import hoop, lying
-from recorder.objects.others.palette import BRASS, STEEL, WHITE, WOOD, YELLOW, colors
-from recorder.objects.solids import box, circle, cylinder, ellipsoid, prism, revolve, rounded_rectangle, sweep
-from recorder.objects.vessel import fluted, lathe
+from orbitscan.recorder.objects.fruit import settled
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.others.bodies import hoop, lying
+from orbitscan.recorder.objects.others.palette import BRASS, STEEL, WHITE, WOOD, YELLOW, colors
+from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, prism, revolve, rounded_rectangle, sweep
+from orbitscan.recorder.objects.vessel import fluted, lathe
 
 
 def scissors(rng: np.random.Generator) -> Mesh:

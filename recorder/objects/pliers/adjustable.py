@@ -2,9 +2,19 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.pliers.lever import BRIGHT, MIDDLE, crossed, finish, handle, handle_path, jaw, opening, over
-from recorder.objects.solids import cylinder, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.pliers.lever import (
+    BRIGHT,
+    MIDDLE,
+    crossed,
+    finish,
+    handle,
+    handle_path,
+    jaw,
+    opening,
+    over,
+)
+from orbitscan.recorder.objects.solids import cylinder, rounded_rectangle, sweep
 
 POINTS = 30  # along a jaw
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.pliers.lever import BRIGHT, DARK, GRIPS, STEEL
-from recorder.objects.solids import box, cylinder, loft, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.pliers.lever import BRIGHT, DARK, GRIPS, STEEL
+from orbitscan.recorder.objects.solids import box, cylinder, loft, rounded_rectangle, sweep
 
 JAWS = ((0.045, 0.0160, 0.0095), (0.062, 0.0150, 0.0044), (0.032, 0.0165, 0.0130))  # length, width at root and tip [m]
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh
-from recorder.objects.pliers.lever import Finish, crossed, finish, handle, handle_path, jaw, opening
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.pliers.lever import Finish, crossed, finish, handle, handle_path, jaw, opening
 
 POINTS = 24  # along a jaw
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recorder.objects.mesh import Mesh, merge
-from recorder.objects.solids import box, cylinder, loft, rounded_rectangle, sweep
+from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.objects.solids import box, cylinder, loft, rounded_rectangle, sweep
 
 MIDDLE = 0.006  # [m]
 STEEL, DARK, BRIGHT = (150, 154, 160), (92, 96, 104), (196, 198, 202)

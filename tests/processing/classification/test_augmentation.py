@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from processing.classification.augmentation import AugmentationSettings, augment, rotations
-from processing.classification.labelled_views import gather
-from processing.classification.voxels import Clouds, bounding_spheres
+from orbitscan.processing.classification.augmentation import AugmentationSettings, augment, rotations
+from orbitscan.processing.classification.labelled_views import gather
+from orbitscan.processing.classification.voxels import Clouds, bounding_spheres
 from tests.processing.classification import toys
 
 ROWS = np.arange(12)

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import log_softmax
 from scipy.stats import norm
 
-from processing.classification.calibration import (
+from orbitscan.processing.classification.calibration import (
     LEAST_DEVIATION,
     SIZE_RANGE,
     calibrate,
@@ -16,7 +16,7 @@ from processing.classification.calibration import (
     measure_sizes,
     open_set_scores,
 )
-from processing.classification.checkpoint import Calibration
+from orbitscan.processing.classification.checkpoint import Calibration
 
 MUGS_AND_CARS = Calibration(size_means=(np.log(0.06), np.log(2.0)), size_deviations=(0.35, 0.4))
 

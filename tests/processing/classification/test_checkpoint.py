@@ -7,10 +7,10 @@ from dataclasses import fields, replace
 import pytest
 import torch
 
-from processing.classification.checkpoint import Calibration, Checkpoint, UnreadableModel, load, save
-from processing.classification.network import Network
-from processing.classification.voxels import VoxelSettings
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.classification.checkpoint import Calibration, Checkpoint, UnreadableModel, load, save
+from orbitscan.processing.classification.network import Network
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.recorder.exceptions import UnwritableOutput
 
 STRUCTURE = "C(4,3)-P(2)-FC(3)"
 
@@ -150,8 +150,8 @@ def test_weights_of_half_precision_classify_in_single(model, path):
 
 
 def test_the_packaged_model_is_small_and_knows_the_ten_categories():
-    from processing.classification import PACKAGED
-    from recorder.objects import CATEGORIES
+    from orbitscan.processing.classification import PACKAGED
+    from orbitscan.recorder.objects import CATEGORIES
 
     assert PACKAGED.stat().st_size < 1_000_000
     found = load()

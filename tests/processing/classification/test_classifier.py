@@ -8,13 +8,13 @@ import pytest
 import torch
 from scipy.special import softmax
 
-from processing.classification.calibration import joint_logits, open_set_scores
-from processing.classification.checkpoint import Calibration, Checkpoint, UnreadableModel, save
-from processing.classification.classifier import ODD, Classifier
-from processing.classification.labelled_views import FEWEST_POINTS
-from processing.classification.network import Network
-from processing.classification.voxels import VoxelSettings, pack, trim, voxel_grids
-from processing.results.records import ViewClassification
+from orbitscan.processing.classification.calibration import joint_logits, open_set_scores
+from orbitscan.processing.classification.checkpoint import Calibration, Checkpoint, UnreadableModel, save
+from orbitscan.processing.classification.classifier import ODD, Classifier
+from orbitscan.processing.classification.labelled_views import FEWEST_POINTS
+from orbitscan.processing.classification.network import Network
+from orbitscan.processing.classification.voxels import VoxelSettings, pack, trim, voxel_grids
+from orbitscan.processing.results.records import ViewClassification
 from tests.processing.classification import toys
 
 STRUCTURE = "C(4,3)-P(2)-FC(3)"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from processing.classification import descriptor_matching
-from processing.classification.descriptor_matching import (
+from orbitscan.processing.classification import descriptor_matching
+from orbitscan.processing.classification.descriptor_matching import (
     KINDS,
     LENGTHS,
     Database,
@@ -16,8 +16,8 @@ from processing.classification.descriptor_matching import (
     describe_view,
     nearest_distances,
 )
-from processing.features.grid import cell_means
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.features.grid import cell_means
+from orbitscan.recorder.exceptions import InvalidOption
 from tests.geometry import cylinder, plane, sphere
 
 SHAPES = {"ball": sphere, "can": cylinder, "board": plane}

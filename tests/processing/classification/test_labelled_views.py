@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.classification.labelled_views import MAX_POINTS, gather, join, split_views
-from recorder.exceptions import InvalidOption
-from recorder.session import SessionInfo, View, in_memory
+from orbitscan.processing.classification.labelled_views import MAX_POINTS, gather, join, split_views
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 from tests.processing.classification import toys
 
 

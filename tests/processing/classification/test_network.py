@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from processing.classification.network import BODY, Layer, Network, parse
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.classification.network import BODY, Layer, Network, parse
+from orbitscan.recorder.exceptions import InvalidOption
 
 # structure; parameters, (k^3 n_in + 1) n_out of each layer
 TABLE = [

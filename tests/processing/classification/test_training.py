@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from processing.classification.evaluation import EpochRecord, StepRecord, predict
-from processing.classification.labelled_views import gather, split_views
-from processing.classification.training import (
+from orbitscan.processing.classification.evaluation import EpochRecord, StepRecord, predict
+from orbitscan.processing.classification.labelled_views import gather, split_views
+from orbitscan.processing.classification.training import (
     RUNS,
     THESIS,
     TrainingSettings,
@@ -17,10 +17,10 @@ from processing.classification.training import (
     orientation_loss,
     train,
 )
-from processing.classification.voxels import VoxelSettings
-from processing.settings import read_settings
-from recorder import corpus
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.processing.settings import read_settings
+from orbitscan.recorder import corpus
+from orbitscan.recorder.exceptions import InvalidOption
 from tests.processing.classification import toys
 
 SMALL = TrainingSettings(

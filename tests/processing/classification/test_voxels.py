@@ -6,7 +6,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
+from orbitscan.processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
 
 
 def cloud(seed, points=500, size=0.1, place=(0.02, -0.1, 1.0)):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from recorder.session import SessionInfo, View, in_memory
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 
 SHAPES = {"ball": (1.0, 1.0, 1.0), "plank": (1.0, 0.7, 0.08), "stick": (1.0, 0.1, 0.1)}
 SIZES = {"ball": 0.05, "plank": 0.05, "stick": 0.05}  # metres

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from processing.features import esf
+from orbitscan.processing.features import esf
 
 RADIUS = 0.04
 REFERENCE = Path(__file__).parents[2] / "reference"

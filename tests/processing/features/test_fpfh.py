@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from processing.features import fpfh
-from recorder.exceptions import MissingLibrary
+from orbitscan.processing.features import fpfh
+from orbitscan.recorder.exceptions import MissingLibrary
 
 RADIUS = 0.02
 REFERENCE = Path(__file__).parents[2] / "reference"

@@ -4,8 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from processing.features.normals import estimate_normals
-from processing.features.parallel import kernel, over_slices
+from orbitscan.processing.features.normals import estimate_normals
+from orbitscan.processing.features.parallel import kernel, over_slices
 
 
 @kernel

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from processing.features.keypoints import KeypointSettings, detect_keypoints
-from processing.features.normals import estimate_normals
-from processing.features.shot import LENGTH, describe
+from orbitscan.processing.features.keypoints import KeypointSettings, detect_keypoints
+from orbitscan.processing.features.normals import estimate_normals
+from orbitscan.processing.features.shot import LENGTH, describe
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from processing.features import pfh
+from orbitscan.processing.features import pfh
 
 RADIUS = 0.02
 REFERENCE = Path(__file__).parents[2] / "reference"

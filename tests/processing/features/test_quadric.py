@@ -4,8 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from processing.features.quadric import MIN_NEIGHBOURS, fit_quadrics
-from recorder import poses
+from orbitscan.processing.features.quadric import MIN_NEIGHBOURS, fit_quadrics
+from orbitscan.recorder import poses
 from tests.geometry import random_pose, sphere
 
 NOISE = 0.0005

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from processing.reconstruction.coverage import WIDEST_DEG, find_gaps, find_up, measure_coverage
-from processing.reconstruction.turntable import TurntableSettings, fit_turntable
-from recorder import poses
+from orbitscan.processing.reconstruction.coverage import WIDEST_DEG, find_gaps, find_up, measure_coverage
+from orbitscan.processing.reconstruction.turntable import TurntableSettings, fit_turntable
+from orbitscan.recorder import poses
 from tests.geometry import random_pose
 
 SEEDS = st.integers(0, 10**6)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from processing.reconstruction.free_space import look_up, make_range_image
-from recorder import poses
+from orbitscan.processing.reconstruction.free_space import look_up, make_range_image
+from orbitscan.recorder import poses
 from tests.geometry import random_pose
 
 PIXEL, TOLERANCE = 0.004, 0.005

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from processing.reconstruction.freedom import direction, hold, release, same_freedom, take_out
-from processing.results.records import Freedom
-from recorder import poses
+from orbitscan.processing.reconstruction.freedom import direction, hold, release, same_freedom, take_out
+from orbitscan.processing.results.records import Freedom
+from orbitscan.recorder import poses
 from tests.geometry import random_pose
 from tests.processing.scene import degrees
 

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from processing.reconstruction.graph import GraphSettings, choose_edges, place, solve, viewing_direction
-from processing.results.records import Freedom
-from recorder import poses
+from orbitscan.processing.reconstruction.graph import GraphSettings, choose_edges, place, solve, viewing_direction
+from orbitscan.processing.results.records import Freedom
+from orbitscan.recorder import poses
 from tests.geometry import random_pose
 from tests.processing.scene import degrees, edge
 

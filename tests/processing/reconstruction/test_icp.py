@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from processing.reconstruction.icp import icp
-from recorder import poses
+from orbitscan.processing.reconstruction.icp import icp
+from orbitscan.recorder import poses
 from tests.geometry import blob, random_pose
 
 

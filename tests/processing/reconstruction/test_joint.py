@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.pipeline import process
-from processing.reconstruction.graph import GraphSettings
-from processing.reconstruction.joint import refine_jointly
-from processing.results.records import MethodResult, ViewEstimate
-from recorder import poses
-from recorder.session import in_memory
+from orbitscan.processing.pipeline import process
+from orbitscan.processing.reconstruction.graph import GraphSettings
+from orbitscan.processing.reconstruction.joint import refine_jointly
+from orbitscan.processing.results.records import MethodResult, ViewEstimate
+from orbitscan.recorder import poses
+from orbitscan.recorder.session import in_memory
 from tests.geometry import bottle, random_pose, scan
 from tests.processing.scene import SETTINGS, Scene, degrees, edge
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from processing.reconstruction.judgement import (
+from orbitscan.processing.reconstruction.judgement import (
     Judgement,
     JudgementSettings,
     as_good,
@@ -15,7 +15,7 @@ from processing.reconstruction.judgement import (
     judge,
     status_of,
 )
-from recorder import poses
+from orbitscan.recorder import poses
 from tests.geometry import random_pose, scan
 from tests.processing.scene import Scene
 

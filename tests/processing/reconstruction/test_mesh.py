@@ -5,8 +5,8 @@ import sys
 import numpy as np
 import pytest
 
-from processing.reconstruction.mesh import MeshSettings, reconstruct_mesh
-from recorder.exceptions import MissingLibrary
+from orbitscan.processing.reconstruction.mesh import MeshSettings, reconstruct_mesh
+from orbitscan.recorder.exceptions import MissingLibrary
 
 POINTS = np.random.default_rng(0).random((20, 3))
 

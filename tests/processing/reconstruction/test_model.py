@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.reconstruction.mesh import MeshSettings
-from processing.reconstruction.model import ModelSettings, build_model, find_inliers, merge
-from processing.surface import Scale
-from recorder import poses
-from recorder.session import View
+from orbitscan.processing.reconstruction.mesh import MeshSettings
+from orbitscan.processing.reconstruction.model import ModelSettings, build_model, find_inliers, merge
+from orbitscan.processing.surface import Scale
+from orbitscan.recorder import poses
+from orbitscan.recorder.session import View
 from tests.geometry import blob, random_pose, sphere
 
 SCALE = Scale(working=0.01, patch=0.03, noise=0.0, diameter=1.0)

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.reconstruction import competition
-from processing.reconstruction import pair as pairs
-from processing.reconstruction.competition import PairSettings, register_from
-from processing.reconstruction.pair import Matches, register_competing, register_consensus, register_icp
-from recorder import poses
+from orbitscan.processing.reconstruction import competition
+from orbitscan.processing.reconstruction import pair as pairs
+from orbitscan.processing.reconstruction.competition import PairSettings, register_from
+from orbitscan.processing.reconstruction.pair import Matches, register_competing, register_consensus, register_icp
+from orbitscan.recorder import poses
 from tests.geometry import blob, bottle, plane, random_pose, scan
 from tests.processing.scene import SETTINGS, Scene, degrees
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from processing.reconstruction.prepared import Shelf
-from processing.surface import Surfels
+from orbitscan.processing.reconstruction.prepared import Shelf
+from orbitscan.processing.surface import Surfels
 from tests.geometry import scan
 from tests.processing.scene import Scene
 

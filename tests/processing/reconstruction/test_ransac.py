@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from processing.reconstruction.ransac import RansacSettings, estimate_pose, fit, trials_needed
-from recorder import poses
+from orbitscan.processing.reconstruction.ransac import RansacSettings, estimate_pose, fit, trials_needed
+from orbitscan.recorder import poses
 from tests.geometry import random_pose
 
 

@@ -4,10 +4,10 @@ import numba
 import numpy as np
 import pytest
 
-from processing.reconstruction import refinement
-from processing.reconstruction.icp import icp
-from processing.reconstruction.refinement import RefinementSettings
-from recorder import poses
+from orbitscan.processing.reconstruction import refinement
+from orbitscan.processing.reconstruction.icp import icp
+from orbitscan.processing.reconstruction.refinement import RefinementSettings
+from orbitscan.recorder import poses
 from tests.geometry import random_pose, scan
 from tests.processing.scene import Scene, degrees
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.reconstruction.starts import StartSettings, propose, screen
-from recorder import poses
+from orbitscan.processing.reconstruction.starts import StartSettings, propose, screen
+from orbitscan.recorder import poses
 from tests.geometry import random_pose, scan
 from tests.processing.scene import Scene, degrees
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from processing.reconstruction.judgement import JudgementSettings
-from processing.reconstruction.symmetry import (
+from orbitscan.processing.reconstruction.judgement import JudgementSettings
+from orbitscan.processing.reconstruction.symmetry import (
     SymmetrySettings,
     find_freedoms,
     turned_around,
     weak_motions,
 )
-from recorder import poses
+from orbitscan.recorder import poses
 from tests.geometry import blob, bottle, cylinder, plane, scan, sphere
 from tests.processing.scene import SETTINGS, Scene, degrees
 

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from processing.reconstruction.trajectory import Trajectory
-from processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.reconstruction.trajectory import Trajectory
+from orbitscan.processing.results.records import Evidence, PairEstimate
 from tests.geometry import random_pose
 
 

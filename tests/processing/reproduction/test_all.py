@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from processing.cli import app
-from processing.reproduction import (
+from orbitscan.processing.cli import app
+from orbitscan.processing.reproduction import (
     STUDIES,
     gallery,
     models,
@@ -14,8 +14,8 @@ from processing.reproduction import (
     registration_errors,
     registration_runs,
 )
-from recorder import cli as recorder_cli
-from recorder import corpus
+from orbitscan.recorder import cli as recorder_cli
+from orbitscan.recorder import corpus
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.claims import compare
 
 
 def test_the_interval_is_that_of_students_paired_test():

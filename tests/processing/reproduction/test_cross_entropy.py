@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from processing.reproduction import cross_entropy
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import write
+from orbitscan.processing.reproduction import cross_entropy
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import write
 
 
 def test_the_formula():

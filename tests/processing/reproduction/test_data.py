@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from processing.reproduction import data
-from processing.reproduction.plan import Plan
-from recorder import corpus
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.reproduction import data
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.recorder import corpus
+from orbitscan.recorder.exceptions import InvalidOption
 
 SMALL = {"bowl": 2, "cell_phone": 3}
 

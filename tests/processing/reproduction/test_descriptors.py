@@ -2,14 +2,21 @@
 
 import pytest
 
-from processing.classification.labelled_views import gather
-from processing.classification.voxels import VoxelSettings
-from processing.reproduction import data, descriptors, initialisations
-from processing.reproduction.descriptor_runs import Learning, Matching, choose, learn_once, match_once, run_once
-from processing.reproduction.plan import Plan
-from processing.reproduction.training_run import Training, change_thesis, train_once
-from recorder import corpus
-from recorder.session import Session
+from orbitscan.processing.classification.labelled_views import gather
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.processing.reproduction import data, descriptors, initialisations
+from orbitscan.processing.reproduction.descriptor_runs import (
+    Learning,
+    Matching,
+    choose,
+    learn_once,
+    match_once,
+    run_once,
+)
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.training_run import Training, change_thesis, train_once
+from orbitscan.recorder import corpus
+from orbitscan.recorder.session import Session
 from tests.processing.classification import toys
 from tests.processing.reproduction import fakes
 
@@ -42,7 +49,7 @@ def test_known_views_are_of_training_instances_and_drawn_anew_by_each_seed(sessi
 
 
 def test_a_seed_draws_the_known_views(sessions, monkeypatch):
-    monkeypatch.setattr("processing.reproduction.descriptor_runs.KNOWN", 5)
+    monkeypatch.setattr("orbitscan.processing.reproduction.descriptor_runs.KNOWN", 5)
     (one, tested), (two, same) = (choose(sessions, 1, seed) for seed in (0, 1))
     assert len(one.views) == len(two.views) == 15
     assert one.digest != two.digest
@@ -85,7 +92,7 @@ def test_a_network_of_all_training_views_is_the_kept_trainings(sessions, found):
 
 
 def test_keys_name_what_a_result_depends_on_and_no_paths(sessions, found, monkeypatch):
-    monkeypatch.setattr("processing.reproduction.descriptor_runs.KNOWN", 5)
+    monkeypatch.setattr("orbitscan.processing.reproduction.descriptor_runs.KNOWN", 5)
     (known, tested), (others, _) = choose(sessions, 1, 0), choose(sessions, 1, 1)
     tasks = [Matching(kind, found, which, tested, 0) for kind in ("shot", "esf") for which in (known, others)]
     tasks += [Learning("known", found, which, tested, SMALL, 0) for which in (known, others)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 
-from processing.reproduction import drawing
+from orbitscan.processing.reproduction import drawing
 
 
 @pytest.fixture

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import LogNorm
 
-from processing.reproduction import circles, drawing, drawing_grids, grids
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import write
-from recorder.session import SessionInfo, View, in_memory
+from orbitscan.processing.reproduction import circles, drawing, drawing_grids, grids
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import write
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 
 
 def make_session(category, points, colors=None):

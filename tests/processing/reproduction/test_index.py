@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from processing.reproduction import STUDIES, drawing
-from processing.reproduction.index import read_studies, write_index
-from processing.reproduction.page import number, shorten_command, state_facts
-from processing.reproduction.plan import Plan
-from processing.reproduction.registration_files import read_frames, read_models
-from processing.reproduction.report import Report, write
-from recorder.exceptions import InvalidOption
-from recorder.sources import ply_file
+from orbitscan.processing.reproduction import STUDIES, drawing
+from orbitscan.processing.reproduction.index import read_studies, write_index
+from orbitscan.processing.reproduction.page import number, shorten_command, state_facts
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.registration_files import read_frames, read_models
+from orbitscan.processing.reproduction.report import Report, write
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.sources import ply_file
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 CLAIMS = [

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from processing.reproduction import overlap
-from processing.reproduction.overlap_runs import METHODS, Pairs, measure_overlap, pair_up, register_pairs
-from processing.reproduction.overlap_trials import collect, judge
-from processing.reproduction.plan import Plan
-from recorder import poses
+from orbitscan.processing.reproduction import overlap
+from orbitscan.processing.reproduction.overlap_runs import METHODS, Pairs, measure_overlap, pair_up, register_pairs
+from orbitscan.processing.reproduction.overlap_trials import collect, judge
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.recorder import poses
 from tests.geometry import scan
 
 

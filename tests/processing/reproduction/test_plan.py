@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from processing.reproduction.plan import Plan
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.recorder.exceptions import InvalidOption
 
 
 @pytest.mark.parametrize(("fraction", "every"), [(1.0, 1), (0.2, 5), (0.02, 50), (0.3, 3), (0.9, 1)])

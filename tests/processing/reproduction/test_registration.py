@@ -3,12 +3,20 @@
 import numpy as np
 import pytest
 
-from processing.reproduction import models, registration, registration_errors, registration_runs
-from processing.reproduction.plan import Plan
-from processing.reproduction.registration_runs import FEW, METHODS, OBJECTS, Circle, Run, list_circles, run_all
-from recorder import mcap_file
-from recorder.exceptions import ScanError
-from recorder.sources.virtual import simulate
+from orbitscan.processing.reproduction import models, registration, registration_errors, registration_runs
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.registration_runs import (
+    FEW,
+    METHODS,
+    OBJECTS,
+    Circle,
+    Run,
+    list_circles,
+    run_all,
+)
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import ScanError
+from orbitscan.recorder.sources.virtual import simulate
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ import json
 import numpy as np
 import pytest
 
-from processing.reproduction import drawing
-from processing.reproduction.plan import Plan
-from processing.reproduction.report import Report, write
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report, write
+from orbitscan.recorder.exceptions import UnwritableOutput
 
 ROWS = [{"name": "a", "loss": 0.5, "thesis_loss": None}, {"name": "b", "loss": 0.25, "thesis_loss": 0.3}]
 

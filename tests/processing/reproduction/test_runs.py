@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 import torch
 
-from processing.reproduction.plan import Plan
-from processing.reproduction.runs import keep
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.runs import keep
 
 SLOW = """
 import sys
 from pathlib import Path
-from processing.reproduction.plan import Plan
-from processing.reproduction.runs import keep
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.runs import keep
 from tests.processing.reproduction.test_runs import Draw, draw_slowly
 
 if __name__ == "__main__":

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from processing.classification.labelled_views import gather
-from processing.classification.training import THESIS
-from processing.classification.voxels import VoxelSettings
-from processing.reproduction import data, training_run
-from processing.reproduction.plan import Plan
-from processing.reproduction.training_run import BEST, CURVE, Training, run_trainings, train_once
+from orbitscan.processing.classification.labelled_views import gather
+from orbitscan.processing.classification.training import THESIS
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.processing.reproduction import data, training_run
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.training_run import BEST, CURVE, Training, run_trainings, train_once
 from tests.processing.classification import toys
 from tests.processing.reproduction import fakes
 

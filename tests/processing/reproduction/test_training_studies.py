@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from processing.classification.voxels import VoxelSettings
-from processing.reproduction import counts, data, initialisations, orientation, structures
-from processing.reproduction.plan import Plan
-from recorder import corpus
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.processing.reproduction import counts, data, initialisations, orientation, structures
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.recorder import corpus
+from orbitscan.recorder.exceptions import InvalidOption
 from tests.processing.reproduction import fakes
 
 

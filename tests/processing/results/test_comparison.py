@@ -6,10 +6,10 @@ import shutil
 import numpy as np
 import pytest
 
-from processing.batch import Job, process_recording
-from processing.results.comparison import compare_folders
-from recorder import mcap_file
-from recorder.exceptions import InvalidOption, UnreadableRecording
+from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.results.comparison import compare_folders
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
 from tests.geometry import scan
 
 

@@ -12,10 +12,10 @@ from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from processing.results.records import MethodResult, Model, SessionResult, Turntable, ViewEstimate
-from processing.results.registered import place, registered, stand_upright, write_registered
-from recorder import mcap_file, poses
-from recorder.session import SessionInfo
+from orbitscan.processing.results.records import MethodResult, Model, SessionResult, Turntable, ViewEstimate
+from orbitscan.processing.results.registered import place, registered, stand_upright, write_registered
+from orbitscan.recorder import mcap_file, poses
+from orbitscan.recorder.session import SessionInfo
 from tests import viewer
 from tests.geometry import scan
 

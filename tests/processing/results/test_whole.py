@@ -2,8 +2,8 @@
 
 import pytest
 
-from processing.results.whole import whole_file, whole_folder
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.results.whole import whole_file, whole_folder
+from orbitscan.recorder.exceptions import UnwritableOutput
 
 
 def test_a_folder_takes_the_place_of_the_old_one_when_it_is_whole(tmp_path):

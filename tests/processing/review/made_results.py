@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from processing.results.records import (
+from orbitscan.processing.results.records import (
     METHODS,
     Candidate,
     Correspondences,
@@ -24,9 +24,9 @@ from processing.results.records import (
     ViewResult,
     summarize,
 )
-from processing.review.session import SessionReview
-from recorder import poses
-from recorder.session import SessionInfo
+from orbitscan.processing.review.session import SessionReview
+from orbitscan.recorder import poses
+from orbitscan.recorder.session import SessionInfo
 
 FAILED, EMPTY = 3, 4  # of the five views: one is placed badly, one has no points
 DRIFT = {"icp": 1e-2, "ransac_icp": 1e-3, "pairwise": 1e-4, "refined": 1e-5}  # radians and metres a view

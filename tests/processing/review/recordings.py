@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from rerun.chunk import RrdReader
 
-from processing.review import entities
+from orbitscan.processing.review import entities
 from tests import viewer
 
 

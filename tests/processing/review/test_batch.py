@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from processing.results.records import METHODS, ViewErrors, ViewEstimate, summarize
-from processing.results.summary import Row
-from processing.review.batch import conclude, write_batch
+from orbitscan.processing.results.records import METHODS, ViewErrors, ViewEstimate, summarize
+from orbitscan.processing.results.summary import Row
+from orbitscan.processing.review.batch import conclude, write_batch
 from tests import viewer
 
 

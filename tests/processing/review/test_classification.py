@@ -9,16 +9,16 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
-from processing.results.records import METHODS, SessionClassification, ViewClassification
-from processing.review import entities
-from processing.review.classification import (
+from orbitscan.processing.results.records import METHODS, SessionClassification, ViewClassification
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.classification import (
     conclude,
     describe_classification,
     describe_view,
     list_dissent,
     shown_categories,
 )
-from processing.review.session import SessionReview
+from orbitscan.processing.review.session import SessionReview
 from tests import viewer
 from tests.processing.review.made_results import EMPTY, Results, make_info, make_results, true_poses
 from tests.processing.review.recordings import contrast, packed, read_all, read_rows

@@ -5,12 +5,12 @@ import subprocess
 import pytest
 from rerun.chunk import RrdReader
 
-from processing.batch import Job, process_recording
-from processing.results.comparison import compare_folders
-from processing.review import comparison
-from processing.review.comparison import write_comparison
-from recorder import mcap_file
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.results.comparison import compare_folders
+from orbitscan.processing.review import comparison
+from orbitscan.processing.review.comparison import write_comparison
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import UnwritableOutput
 from tests import viewer
 from tests.geometry import scan
 from tests.processing.results.test_comparison import change, copy

@@ -9,10 +9,10 @@ import pytest
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
-from processing.results.confusion import Confusion, count_confusion, tabulate, write_csv
-from processing.review.confusion import count_right, describe_confusion, log_confusion, view_confusion
-from processing.review.recording import whole_recording
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.results.confusion import Confusion, count_confusion, tabulate, write_csv
+from orbitscan.processing.review.confusion import count_right, describe_confusion, log_confusion, view_confusion
+from orbitscan.processing.review.recording import whole_recording
+from orbitscan.recorder.exceptions import UnwritableOutput
 
 CATEGORIES = ["bowl", "cap", "coffee_mug"]
 

@@ -3,8 +3,8 @@
 import pytest
 from rerun.chunk import RrdReader
 
-from processing.results.records import METHODS
-from processing.review import entities
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.review import entities
 from tests.processing.review.recordings import read_rows
 
 ERROR_FIELDS = {

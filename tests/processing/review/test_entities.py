@@ -2,7 +2,7 @@
 
 import pytest
 
-from processing.review import entities
+from orbitscan.processing.review import entities
 from tests.processing.review.recordings import contrast
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.results.records import (
+from orbitscan.processing.results.records import (
     METHODS,
     Evidence,
     MethodResult,

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from processing.results.files import to_json, write_results
-from processing.results.records import METHODS
-from processing.review import batch_figure, figures
-from processing.review.entities import METHOD_COLORS
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.results.files import to_json, write_results
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.review import batch_figure, figures
+from orbitscan.processing.review.entities import METHOD_COLORS
+from orbitscan.recorder.exceptions import UnwritableOutput
 from tests.processing.review.made_results import EMPTY, FAILED, make_results
 
 KEY = {"input_sha256": ""}

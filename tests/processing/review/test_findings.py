@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.results.records import Candidate, ViewEstimate
-from processing.review.edges import count_edges, left_out, strongest
-from processing.review.findings import describe_starts, explain, list_joint_findings
-from recorder import poses
+from orbitscan.processing.results.records import Candidate, ViewEstimate
+from orbitscan.processing.review.edges import count_edges, left_out, strongest
+from orbitscan.processing.review.findings import describe_starts, explain, list_joint_findings
+from orbitscan.recorder import poses
 from tests.processing.review.made_results import make_pair
 from tests.processing.review.recordings import read_all, read_rows
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from processing.results.registered import place
-from processing.review.foxglove_layout import lay_out_foxglove, write_foxglove_layout
-from recorder import poses
+from orbitscan.processing.results.registered import place
+from orbitscan.processing.review.foxglove_layout import lay_out_foxglove, write_foxglove_layout
+from orbitscan.recorder import poses
 from tests.processing.review.made_results import FAILED, make_info, make_results
 
 

@@ -11,7 +11,7 @@ import rerun as rr
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
-from processing.review.growing import GrowingRecording, is_address, is_open
+from orbitscan.processing.review.growing import GrowingRecording, is_address, is_open
 from tests import viewer as viewers
 
 

@@ -6,9 +6,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 from matplotlib.image import imread
 
-from processing.review import entities
-from processing.review.scene import Scene
-from processing.review.shading import shade_views
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.scene import Scene
+from orbitscan.processing.review.shading import shade_views
 from tests import viewer
 from tests.processing.review.made_results import make_results, write_review
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.results.records import METHODS
-from processing.review import entities
-from processing.review.scene import Scene
-from processing.review.session import SessionReview
-from recorder.objects.mesh import Mesh
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.scene import Scene
+from orbitscan.processing.review.session import SessionReview
+from orbitscan.recorder.objects.mesh import Mesh
 from tests.processing.review.made_results import AXIS, CENTER, make_info, make_results
 from tests.processing.review.recordings import packed, read_rows
 

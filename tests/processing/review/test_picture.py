@@ -7,10 +7,10 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 
-from processing.review import entities, picture
-from processing.review.picture import NoViewer, find_viewer, open_viewer, take_picture
-from processing.review.recording import whole_recording
-from recorder.exceptions import InvalidOption, UnwritableOutput
+from orbitscan.processing.review import entities, picture
+from orbitscan.processing.review.picture import NoViewer, find_viewer, open_viewer, take_picture
+from orbitscan.processing.review.recording import whole_recording
+from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput
 
 
 @pytest.fixture(scope="module")

@@ -8,16 +8,16 @@ import pytest
 from matplotlib.figure import Figure
 from rerun.chunk import RrdReader
 
-from processing.reproduction.claims import compare
-from processing.review import entities
-from processing.review.claims_grid import draw_claims
-from processing.review.columns import lay_out_columns, name_column, write_value
-from processing.review.reproduction import _color_lines, list_claims, tabulate_rows, write_reproduction
-from processing.review.reproduction_layout import SHARED_TIMELINE
-from processing.review.study import StudyReview
-from processing.review.study_curves import find_curves, find_timeline
-from processing.review.verdicts import Statement, conclude, count_verdicts
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.claims_grid import draw_claims
+from orbitscan.processing.review.columns import lay_out_columns, name_column, write_value
+from orbitscan.processing.review.reproduction import _color_lines, list_claims, tabulate_rows, write_reproduction
+from orbitscan.processing.review.reproduction_layout import SHARED_TIMELINE
+from orbitscan.processing.review.study import StudyReview
+from orbitscan.processing.review.study_curves import find_curves, find_timeline
+from orbitscan.processing.review.verdicts import Statement, conclude, count_verdicts
+from orbitscan.recorder.exceptions import UnwritableOutput
 from tests import viewer
 
 # --- verdicts

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from processing.results.records import METHODS, MethodResult
-from processing.review import entities
-from processing.review.session import SessionReview
-from recorder import poses
+from orbitscan.processing.results.records import METHODS, MethodResult
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.session import SessionReview
+from orbitscan.recorder import poses
 from tests.processing.review.made_results import (
     EMPTY,
     FAILED,

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from processing.results.records import Evidence, MethodResult, PairEstimate, ViewErrors, ViewEstimate
-from processing.review import entities
-from processing.review.shading import shade_views
+from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, ViewErrors, ViewEstimate
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.shading import shade_views
 from tests.processing.review.recordings import contrast
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from processing.results.records import METHODS, Candidate, PairErrors, ViewErrors, ViewEstimate
-from processing.review.story import Seen, tell
+from orbitscan.processing.results.records import METHODS, Candidate, PairErrors, ViewErrors, ViewEstimate
+from orbitscan.processing.review.story import Seen, tell
 from tests.processing.review.made_results import EMPTY, FAILED, make_pair, make_results
 from tests.processing.review.recordings import read_rows
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from processing.reconstruction.coverage import Coverage, find_gaps
-from processing.review import summary
+from orbitscan.processing.reconstruction.coverage import Coverage, find_gaps
+from orbitscan.processing.review import summary
 from tests.processing.review.made_results import FAILED
 from tests.processing.review.recordings import read_rows
 

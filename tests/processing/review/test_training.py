@@ -11,12 +11,12 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
-from processing.classification.evaluation import EpochRecord
-from processing.classification.training import TrainingSettings
-from processing.review import entities
-from processing.review.matrix import draw_matrix
-from processing.review.training import TrainingReview, describe_epoch, tabulate_settings
-from recorder.exceptions import UnwritableOutput
+from orbitscan.processing.classification.evaluation import EpochRecord
+from orbitscan.processing.classification.training import TrainingSettings
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.matrix import draw_matrix
+from orbitscan.processing.review.training import TrainingReview, describe_epoch, tabulate_settings
+from orbitscan.recorder.exceptions import UnwritableOutput
 from tests import viewer
 
 ROOT = Path(__file__).parents[3]

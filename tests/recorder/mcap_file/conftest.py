@@ -2,7 +2,7 @@
 
 import pytest
 
-from recorder import mcap_file
+from orbitscan.recorder import mcap_file
 from tests.recorder.mcap_file.session import make_session
 
 

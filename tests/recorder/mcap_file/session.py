@@ -3,7 +3,7 @@
 import numpy as np
 from mcap.reader import make_reader
 
-from recorder.session import SessionInfo, View, in_memory
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 from tests.geometry import random_pose
 
 

@@ -5,9 +5,9 @@ import pytest
 from mcap.writer import Writer as PlainWriter
 from mcap_protobuf.writer import Writer
 
-from recorder import mcap_file
-from recorder.exceptions import UnreadableRecording
-from recorder.mcap_file.messages import cloud_message, pose_message
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import UnreadableRecording
+from orbitscan.recorder.mcap_file.messages import cloud_message, pose_message
 from tests.recorder.mcap_file.session import make_session
 
 SESSION = make_session()

@@ -2,8 +2,8 @@
 
 import pytest
 
-from recorder import mcap_file, poses
-from recorder.exceptions import InvalidPose, UnreadableRecording
+from orbitscan.recorder import mcap_file, poses
+from orbitscan.recorder.exceptions import InvalidPose, UnreadableRecording
 from tests.recorder.mcap_file.session import assert_same_view, cloud_offsets, damage_chunk, make_session
 
 

@@ -9,8 +9,8 @@ import lz4.frame
 import pytest
 import zstandard
 
-from recorder import mcap_file
-from recorder.mcap_file.records import DAMAGE, LARGEST_CHUNK, read_chunk, read_chunk_head
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.mcap_file.records import DAMAGE, LARGEST_CHUNK, read_chunk, read_chunk_head
 from tests.recorder.mcap_file.session import make_session
 
 TERABYTE = 2**40

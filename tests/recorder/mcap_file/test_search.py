@@ -6,9 +6,9 @@ import time
 import numpy as np
 import pytest
 
-from recorder import mcap_file
-from recorder.exceptions import ScanError, UnreadableRecording
-from recorder.session import SessionInfo, View, in_memory
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import ScanError, UnreadableRecording
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 from tests.fuzz.mutations import find_records
 from tests.recorder.mcap_file.session import assert_same, assert_same_view, cloud_offsets, damage_chunk, make_session
 

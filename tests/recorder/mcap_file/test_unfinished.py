@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from recorder.mcap_file import still_being_written
+from orbitscan.recorder.mcap_file import still_being_written
 from tests.recorder.mcap_file.session import cloud_offsets
 
 LONG_AGO = time.time() - 3600

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from recorder import mcap_file
-from recorder.exceptions import UnreadableRecording, UnwritableOutput
-from recorder.session import SessionInfo, View, in_memory
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.exceptions import UnreadableRecording, UnwritableOutput
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 from tests.recorder.mcap_file.session import assert_same, assert_same_view, make_session
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from recorder.objects import apple
-from recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects import apple
+from orbitscan.recorder.objects.mesh import Mesh
 from tests.recorder.test_objects import assert_closed_and_outward
 
 BODY = (apple.LEVELS - 2) * apple.SEGMENTS + 2  # vertices; the last two are the calyx and the foot of the stem

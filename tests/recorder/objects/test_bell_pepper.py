@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from recorder.objects import bell_pepper
-from recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects import bell_pepper
+from orbitscan.recorder.objects.mesh import Mesh
 from tests.recorder.test_objects import assert_closed_and_outward
 
 BODY = (

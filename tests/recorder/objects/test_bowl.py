@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from recorder.objects import bowl, build
+from orbitscan.recorder.objects import bowl, build
 from tests.recorder.test_objects import assert_closed_and_outward
 
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from recorder import objects
-from recorder.objects import cap
-from recorder.objects.cap.crown import Crown, Dent
-from recorder.objects.cap.parts import brim, shell
+from orbitscan.recorder import objects
+from orbitscan.recorder.objects import cap
+from orbitscan.recorder.objects.cap.crown import Crown, Dent
+from orbitscan.recorder.objects.cap.parts import brim, shell
 from tests.recorder.test_objects import assert_closed_and_outward
 
 SEEDS = range(12)

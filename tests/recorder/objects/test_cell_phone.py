@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from recorder import objects
-from recorder.objects import cell_phone
-from recorder.objects.cell_phone.body import body, keypad
-from recorder.objects.cell_phone.folding import flip_open, flip_shut
+from orbitscan.recorder import objects
+from orbitscan.recorder.objects import cell_phone
+from orbitscan.recorder.objects.cell_phone.body import body, keypad
+from orbitscan.recorder.objects.cell_phone.folding import flip_open, flip_shut
 from tests.recorder.test_objects import assert_closed_and_outward
 
 SEEDS = range(20)

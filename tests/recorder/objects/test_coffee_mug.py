@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from recorder.objects import build, coffee_mug
-from recorder.objects.handle import BOWS, handle
-from recorder.objects.vessel import silhouette
+from orbitscan.recorder.objects import build, coffee_mug
+from orbitscan.recorder.objects.handle import BOWS, handle
+from orbitscan.recorder.objects.vessel import silhouette
 from tests.recorder.test_objects import assert_closed_and_outward
 
 STYLES = coffee_mug.STYLES

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from recorder.objects import dry_battery
-from recorder.objects.dry_battery import CELLS, LABELS
-from recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects import dry_battery
+from orbitscan.recorder.objects.dry_battery import CELLS, LABELS
+from orbitscan.recorder.objects.mesh import Mesh
 from tests.recorder.test_objects import assert_closed_and_outward
 
 IEC = {  # the largest diameter and length of IEC 60086-2 [m]

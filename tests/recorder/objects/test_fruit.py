@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from recorder.objects.fruit import bumps, settled
-from recorder.objects.mesh import Mesh
-from recorder.objects.solids import box, ellipsoid
+from orbitscan.recorder.objects.fruit import bumps, settled
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.objects.solids import box, ellipsoid
 
 
 @pytest.mark.parametrize("tilt", [0, 8, -12])

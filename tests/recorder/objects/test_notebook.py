@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from recorder import objects
-from recorder.objects import notebook
-from recorder.objects.notebook.opened import open_coiled, open_flat
-from recorder.objects.notebook.paper import ACROSS, bent, coil, level, page_size, stack, waves
-from recorder.objects.notebook.shut import coiled, hard_cover, pad, soft_cover
+from orbitscan.recorder import objects
+from orbitscan.recorder.objects import notebook
+from orbitscan.recorder.objects.notebook.opened import open_coiled, open_flat
+from orbitscan.recorder.objects.notebook.paper import ACROSS, bent, coil, level, page_size, stack, waves
+from orbitscan.recorder.objects.notebook.shut import coiled, hard_cover, pad, soft_cover
 from tests.recorder.test_objects import assert_closed_and_outward
 
 SEEDS = range(15)

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from recorder import objects
-from recorder.objects import others
-from recorder.objects.mesh import merge
-from recorder.objects.others.bodies import along_x, carton, domed, hoop, lying, rumpled, tongue
-from recorder.objects.others.palette import colors
-from recorder.objects.solids import box, circle, cylinder, ellipsoid
+from orbitscan.recorder import objects
+from orbitscan.recorder.objects import others
+from orbitscan.recorder.objects.mesh import merge
+from orbitscan.recorder.objects.others.bodies import along_x, carton, domed, hoop, lying, rumpled, tongue
+from orbitscan.recorder.objects.others.palette import colors
+from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid
 from tests.recorder.test_objects import assert_closed_and_outward
 
 SEEDS = range(20)

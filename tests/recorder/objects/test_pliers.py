@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from recorder import objects
-from recorder.objects import pliers
-from recorder.objects.pliers.adjustable import tongue_and_groove
-from recorder.objects.pliers.fixed import cutters, mini, needle_nose
-from recorder.objects.pliers.lever import MIDDLE, crossed, finish, handle, handle_path, jaw, opening, over
+from orbitscan.recorder import objects
+from orbitscan.recorder.objects import pliers
+from orbitscan.recorder.objects.pliers.adjustable import tongue_and_groove
+from orbitscan.recorder.objects.pliers.fixed import cutters, mini, needle_nose
+from orbitscan.recorder.objects.pliers.lever import MIDDLE, crossed, finish, handle, handle_path, jaw, opening, over
 from tests.recorder.test_objects import assert_closed_and_outward
 
 SEEDS = range(15)

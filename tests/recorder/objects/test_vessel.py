@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from recorder.objects.vessel import (
+from orbitscan.recorder.objects.vessel import (
     coupe,
     fluted,
     hollow,

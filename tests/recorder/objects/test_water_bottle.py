@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from recorder.objects import build, water_bottle
-from recorder.objects.bottle import Form, body
-from recorder.objects.closure import carrying_loop, cup_lid, screw_cap, sports_cap, tether
-from recorder.objects.vessel import superellipse
+from orbitscan.recorder.objects import build, water_bottle
+from orbitscan.recorder.objects.bottle import Form, body
+from orbitscan.recorder.objects.closure import carrying_loop, cup_lid, screw_cap, sports_cap, tether
+from orbitscan.recorder.objects.vessel import superellipse
 from tests.recorder.test_objects import assert_closed_and_outward
 
 STEEL, RED = (188, 192, 196), (188, 58, 52)

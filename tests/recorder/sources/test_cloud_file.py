@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recorder.exceptions import InvalidOption, UnreadableCloud
-from recorder.sources import cloud_file, ply_file
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
+from orbitscan.recorder.sources import cloud_file, ply_file
 
 POINTS = np.array([[0.5, -1.25, 2], [np.nan, np.nan, np.nan], [1e-3, 2e-3, -3e-3], [7, 8, 9]], np.float32)
 COLORS = np.array([[0, 0, 0], [255, 255, 255], [1, 2, 3], [200, 100, 50]], np.uint8)

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from recorder import poses
-from recorder.conversion import METRES
-from recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
-from recorder.sources import clouds, open_capture
-from recorder.sources.options import CaptureOptions
+from orbitscan.recorder import poses
+from orbitscan.recorder.conversion import METRES
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
+from orbitscan.recorder.sources import clouds, open_capture
+from orbitscan.recorder.sources.options import CaptureOptions
 from tests.geometry import random_pose
 
 STEMS = ["view_0", "view_1", "view_2", "view_10"]

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from recorder import cloud
-from recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
-from recorder.sources import open_capture
-from recorder.sources.options import CaptureOptions
+from orbitscan.recorder import cloud
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
+from orbitscan.recorder.sources import open_capture
+from orbitscan.recorder.sources.options import CaptureOptions
 
 LABELLED = CaptureOptions(categories_from_folders=True)
 LIDAR = CaptureOptions(

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from recorder import poses
-from recorder.exceptions import InvalidPose
-from recorder.sources import pose_file
+from orbitscan.recorder import poses
+from orbitscan.recorder.exceptions import InvalidPose
+from orbitscan.recorder.sources import pose_file
 from tests.geometry import random_pose
 
 MOTIONS = [random_pose(np.random.default_rng(seed)) for seed in range(4)]

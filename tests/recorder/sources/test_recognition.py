@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from recorder.exceptions import UnknownFormat
-from recorder.sources import FORMATS, open_capture
-from recorder.sources.options import CaptureOptions
+from orbitscan.recorder.exceptions import UnknownFormat
+from orbitscan.recorder.sources import FORMATS, open_capture
+from orbitscan.recorder.sources.options import CaptureOptions
 from tests.recorder.sources.test_washington import write_frames
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from recorder import poses
-from recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
-from recorder.sources import open_capture
-from recorder.sources.options import CaptureOptions
+from orbitscan.recorder import poses
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
+from orbitscan.recorder.sources import open_capture
+from orbitscan.recorder.sources.options import CaptureOptions
 
 BUNNY = ("bun000", "bun045", "bun090", "bun180", "bun270", "top2", "top3", "bun315", "chin", "ear_back")
 PLY = (

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from recorder.exceptions import InvalidOption, UnknownFormat
-from recorder.sources import open_capture
-from recorder.sources.options import CaptureOptions
+from orbitscan.recorder.exceptions import InvalidOption, UnknownFormat
+from orbitscan.recorder.sources import open_capture
+from orbitscan.recorder.sources.options import CaptureOptions
 
 PCD = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n{} 700 30\n"
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from processing.classification.initialization.autoencoder import (
+from orbitscan.processing.classification.initialization.autoencoder import (
     DCAE,
     Autoencoder,
     AutoencoderSettings,
@@ -14,8 +14,8 @@ from processing.classification.initialization.autoencoder import (
     mirror,
     pretrain,
 )
-from processing.classification.network import BODY, Network
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.classification.network import BODY, Network
+from orbitscan.recorder.exceptions import InvalidOption
 
 SMALL = "C(8,5,2)-C(8,3)-P(2)"
 

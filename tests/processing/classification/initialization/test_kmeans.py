@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from processing.classification.initialization.kmeans import (
+from orbitscan.processing.classification.initialization.kmeans import (
     KMeansSettings,
     collect,
     cut,
@@ -14,10 +14,10 @@ from processing.classification.initialization.kmeans import (
     patches,
     whiten,
 )
-from processing.classification.network import BODY, Network
-from processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
-from processing.features.keypoints import detect_keypoints
-from recorder.exceptions import InvalidOption
+from orbitscan.processing.classification.network import BODY, Network
+from orbitscan.processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
+from orbitscan.processing.features.keypoints import detect_keypoints
+from orbitscan.recorder.exceptions import InvalidOption
 
 VOXELS = VoxelSettings()
 KEYPOINTS = KMeansSettings().keypoints

@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch.nn import functional
 
-from processing.classification.initialization.upsampled_convolution import UpsampledConvolution
+from orbitscan.processing.classification.initialization.upsampled_convolution import UpsampledConvolution
 
 
 @pytest.mark.parametrize(("kernel", "factor"), [(5, 2), (3, 2), (1, 2), (2, 2), (4, 3), (7, 2), (3, 4), (3, 1)])

@@ -1,0 +1,116 @@
+"""`import orbitscan`: what it offers, from a clone and from a wheel in a folder with names of its own."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import orbitscan
+from orbitscan.processing.classification.classifier import Classifier
+from tests.geometry import scan
+
+ROOT = Path(__file__).parents[2]
+FILES = ("__init__.py", "py.typed")
+
+
+def test_every_name_is_there_and_no_other():
+    assert {name for name in orbitscan.__all__ if getattr(orbitscan, name) is not None} == set(orbitscan.__all__)
+    assert set(orbitscan.__all__) <= set(dir(orbitscan))
+    with pytest.raises(AttributeError, match="has no attribute 'proces'"):
+        orbitscan.proces  # noqa: B018
+
+
+def test_the_import_alone_loads_nothing():
+    code = "import sys, orbitscan; print(*sys.modules)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(found.stdout.split())
+    assert "orbitscan" in loaded
+    assert not {name for name in loaded if name.startswith("orbitscan.")} | ({"numpy", "torch"} & loaded)
+
+
+def test_classify_takes_a_session_its_views_and_points():
+    session = scan(n_views=2)
+    points = next(iter(session.views("1"))).points
+    together = orbitscan.classify(session)
+    assert [view.view for view in together.views] == [0, 1]
+    assert orbitscan.classify(session.views()) == together
+    assert orbitscan.classify(points).views[0].probabilities == Classifier().classify_view(0, points).probabilities
+    assert orbitscan.classify(np.empty((0, 3), np.float32)) is None
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The Python of a new environment with the wheel; the libraries are this environment's, our clone is not."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = "import setuptools.build_meta as b, sys; print(b.build_wheel(sys.argv[1]))"
+    source = folder / "source"
+    source.mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    for name in ("recorder", "processing"):
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    subprocess.run([sys.executable, "-c", build, folder], cwd=source, capture_output=True, check=True)
+    (wheel,) = folder.glob("*.whl")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder / "env"], check=True)
+    scheme = sysconfig.get_preferred_scheme("prefix")
+    paths = {"base": str(folder / "env"), "platbase": str(folder / "env")}
+    site = Path(sysconfig.get_path("purelib", scheme, paths))
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    # A line in a .pth file adds the folder, and does not read the .pth files in it: not the clone's.
+    (site / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return Path(sysconfig.get_path("scripts", scheme, paths)) / "python", site
+
+
+@pytest.fixture
+def their_folder(tmp_path):
+    """A user's folder, with a package and a module called as the folders of our clone are, and the sample."""
+    (tmp_path / "processing").mkdir()
+    (tmp_path / "processing" / "__init__.py").write_text("MINE = True\n")
+    (tmp_path / "recorder.py").write_text("raise RuntimeError('this is the user\\'s own')\n")
+    (tmp_path / "recordings").symlink_to(ROOT / "recordings")
+    return tmp_path
+
+
+def test_the_wheel_holds_every_module_and_data_file(installed):
+    _, site = installed
+    ours = {path.relative_to(site / "orbitscan") for path in (site / "orbitscan").rglob("*") if path.is_file()}
+    expected = {Path(name) for name in FILES}
+    for top in ("recorder", "processing"):
+        for path in (ROOT / top).rglob("*"):
+            if path.suffix in (".py", ".pt", ".html") and "api" not in path.parts:
+                expected.add(path.relative_to(ROOT))
+    assert {path for path in ours if "__pycache__" not in path.parts} == expected
+
+
+def test_the_wheel_works_beside_names_of_the_users_own(installed, their_folder):
+    python, site = installed
+    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (their_folder / "script.py").write_text(block + "\nimport processing\nassert processing.MINE\n")
+    command = [python, "-c", "from orbitscan.processing.cli import main; main()"]
+    for arguments in (
+        [python, "script.py"],
+        [*command, "simulate", "bowl", "-o", "bowl.mcap", "--views", "2"],
+        [*command, "classify", "bowl.mcap"],
+        [*command, "process", "bowl.mcap", "-o", "results", "--methods", "icp", "--model", "none"],
+        [*command, "reproduce", "table-5.2", "-o", "reproduction"],
+    ):
+        finished = subprocess.run(arguments, cwd=their_folder, env=environment(), capture_output=True, text=True)
+        assert finished.returncode == 0, finished.stderr
+    where = subprocess.run(
+        [python, "-c", "import orbitscan.recorder as r; print(r.__file__)"],
+        cwd=their_folder, env=environment(), capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert Path(where.stdout.strip()).is_relative_to(site)
+
+
+def environment():
+    """Without a PYTHONPATH that would lead to the clone."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
