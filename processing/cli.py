@@ -123,10 +123,13 @@ def process(
 def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings":
     """The settings of a file, or the default ones, with what the command line says besides."""
     from orbitscan.processing.settings import Settings, read_settings
+    from orbitscan.recorder.libraries import load_open3d
 
     if step_deg is not None and not 0 < abs(step_deg) < 180:
         raise InvalidOption(f"--step-deg {step_deg:g}", "no step of a turntable", "give degrees, such as 20 or -20")
     chosen = read_settings(Path(name)) if name not in ("", "thesis") else Settings()
+    if mesh or chosen.model.mesh.wanted:
+        load_open3d("leave out --mesh")
     if step_deg is not None:
         chosen = replace(chosen, pair=replace(chosen.pair, step_deg=step_deg))
     return (

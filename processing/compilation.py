@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from orbitscan.processing.features import keypoints, normals, quadric, shot
 from orbitscan.processing.reconstruction import normal_equations, partners, ransac, refinement, starts
+from orbitscan.recorder.kernels import is_kept
 
 KERNELS = (
     normals._normals,
@@ -29,7 +29,7 @@ def compiled() -> bool:
     numba looks at a kernel's own file alone: where one that it calls has changed, it would run the old one.
     """
     newest = max(path.stat().st_mtime for path in _sources())
-    return all(_is_cached(kernel, newest) for kernel in KERNELS)
+    return all(is_kept(kernel, newest) for kernel in KERNELS)
 
 
 def ensure_compiled(say: Callable[[str], None]) -> None:
@@ -45,8 +45,8 @@ def compile_kernels() -> None:
     from orbitscan.recorder.session import SessionInfo, View, in_memory
 
     if not compiled():
-        for path in {_cache(kernel) for kernel in KERNELS}:
-            for file in path.glob("*.nb[ic]"):
+        for folder in {kernel.stats.cache_path for kernel in KERNELS} - {None}:
+            for file in Path(folder).glob("*.nb[ic]"):
                 file.unlink(missing_ok=True)
     rng = np.random.default_rng(0)
     u = rng.normal(size=(4000, 3))
@@ -59,12 +59,3 @@ def compile_kernels() -> None:
 def _sources() -> list[Path]:
     folders = {Path(kernel.py_func.__code__.co_filename).parent for kernel in KERNELS}
     return [path for folder in folders for path in folder.glob("*.py")]
-
-
-def _cache(kernel: Any) -> Path:
-    return Path(kernel.stats.cache_path)
-
-
-def _is_cached(kernel: Any, newest: float) -> bool:
-    name = f"{Path(kernel.py_func.__code__.co_filename).stem}.{kernel.py_func.__qualname__}-*.nbi"
-    return any(file.stat().st_mtime >= newest for file in _cache(kernel).glob(name))

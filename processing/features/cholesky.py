@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.processing.features.parallel import kernel
+from orbitscan.recorder.kernels import kernel
 
 _NEGLIGIBLE = 1e-14  # absolute: callers scale A so that what counts is far above it
 

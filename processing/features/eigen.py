@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.processing.features.parallel import kernel
+from orbitscan.recorder.kernels import kernel
 
 _SWEEPS = 12  # Jacobi's method converges quadratically; four or five are usual
 _NEGLIGIBLE = 1e-17  # off the diagonal, as a share of the trace

@@ -7,7 +7,7 @@ PCL's (1.13), so that distributions can be compared. Not part of the registratio
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from orbitscan.processing.features.parallel import kernel, over_slices
+from orbitscan.recorder.kernels import kernel, over_slices
 
 SAMPLES = 20_000  # triangles
 BINS = 64  # of each histogram

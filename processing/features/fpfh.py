@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from orbitscan.recorder.exceptions import MissingLibrary
+from orbitscan.recorder.libraries import load_open3d
 
 LENGTH = 33
 
@@ -18,12 +18,7 @@ def describe(points: np.ndarray, normals: np.ndarray, keypoints: np.ndarray, rad
     Open3D's values are PCL's plus the keypoint's own simple histograms (SPFH), which PCL leaves out: there each
     histogram's sum is 100. With the SPFH taken off, the two agree to 1e-6 of that sum.
     """
-    try:
-        import open3d
-    except (ImportError, OSError) as error:
-        problem = f"cannot be loaded ({str(error).splitlines()[0]})"
-        remedy = "install what is missing (Debian: libusb-1.0-0 libgl1 libgomp1), or choose another descriptor"
-        raise MissingLibrary("open3d", problem, remedy) from None
+    open3d = load_open3d("choose another descriptor")
     descriptors = np.full((len(keypoints), LENGTH), np.nan, np.float32)
     known = np.isfinite(normals).all(axis=1)
     if not known.any() or not len(keypoints):

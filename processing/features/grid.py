@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.features.parallel import kernel
+from orbitscan.recorder.kernels import kernel
 
 _MOST = 1024  # columns along x and along y; points beyond stand in the outermost ones
 _SPREAD = 1 << 20  # cells along an axis, at most, where three indices make one number

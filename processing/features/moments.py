@@ -3,7 +3,7 @@
 import numpy as np
 
 from orbitscan.processing.features.grid import Cells, rows_around
-from orbitscan.processing.features.parallel import kernel
+from orbitscan.recorder.kernels import kernel
 
 
 @kernel

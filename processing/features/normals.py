@@ -5,7 +5,7 @@ import numpy as np
 from orbitscan.processing.features.eigen import symmetric_eigen
 from orbitscan.processing.features.grid import Cells, build
 from orbitscan.processing.features.moments import moments_around
-from orbitscan.processing.features.parallel import kernel, over_slices
+from orbitscan.recorder.kernels import kernel, over_slices
 
 MIN_NEIGHBOURS = 3
 

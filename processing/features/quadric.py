@@ -4,7 +4,7 @@ import numpy as np
 
 from orbitscan.processing.features.cholesky import solve
 from orbitscan.processing.features.grid import Cells, build, rows_around
-from orbitscan.processing.features.parallel import kernel, over_slices
+from orbitscan.recorder.kernels import kernel, over_slices
 
 TERMS = 6  # 1, x, y, x^2, x y, y^2
 MIN_NEIGHBOURS = 10  # some more than terms, or there is nothing left to tell the variance by

@@ -11,7 +11,7 @@ import numpy as np
 
 from orbitscan.processing.features.eigen import symmetric_eigen
 from orbitscan.processing.features.grid import Cells, build, rows_around
-from orbitscan.processing.features.parallel import kernel, over_slices
+from orbitscan.recorder.kernels import kernel, over_slices
 
 LENGTH = 352
 _COSINE_STEPS = 10

@@ -7,7 +7,7 @@ from numba import get_num_threads
 from scipy.spatial import cKDTree
 
 from orbitscan.processing.features.normals import estimate_normals
-from orbitscan.recorder.exceptions import MissingLibrary
+from orbitscan.recorder.libraries import load_open3d
 from orbitscan.recorder.objects.mesh import Mesh
 
 _MARGIN = 1.2  # times the extent: the octree's cube
@@ -32,11 +32,7 @@ def reconstruct_mesh(
 
     Raises MissingLibrary where Open3D cannot be loaded.
     """
-    try:
-        import open3d as o3d
-    except (ImportError, OSError) as error:
-        problem = f"cannot be loaded ({str(error).splitlines()[0]})"
-        raise MissingLibrary("open3d", problem, "install what is missing, or leave out --mesh") from None
+    o3d = load_open3d("leave out --mesh")
     normals = estimate_normals(points, settings.normal_radius * resolution, None)
     normals[np.einsum("ni,ni->n", normals, towards) < 0] *= -1
     known = np.isfinite(normals[:, 0])

@@ -3,9 +3,9 @@
 import numpy as np
 
 from orbitscan.processing.features.grid import Cells
-from orbitscan.processing.features.parallel import kernel, over_slices
 from orbitscan.processing.reconstruction.partners import Target, nearest_partner
 from orbitscan.processing.surface import Surfels
+from orbitscan.recorder.kernels import kernel, over_slices
 
 _CHUNKS = 16  # sums are made in so many parts, whatever the number of threads: the same bits on every machine
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitscan.processing.features.grid import Cells, Grid, build, rows_around
-from orbitscan.processing.features.parallel import kernel, over_slices
 from orbitscan.processing.surface import Surfels
+from orbitscan.recorder.kernels import kernel, over_slices
 
 _FEW = 2000  # points for whose partners it is not worth to start threads
 _NORMAL_COSINE = 0.5  # surfaces that face apart by more than 60 degrees are not partners

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.features.parallel import kernel, over_slices
 from orbitscan.recorder import poses
+from orbitscan.recorder.kernels import kernel, over_slices
 
 
 @dataclass(frozen=True)

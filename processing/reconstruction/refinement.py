@@ -7,11 +7,11 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.features.cholesky import solve
 from orbitscan.processing.features.grid import Cells
-from orbitscan.processing.features.parallel import kernel, over_slices
 from orbitscan.processing.reconstruction.normal_equations import accumulate, normal_equations
 from orbitscan.processing.reconstruction.partners import Target
 from orbitscan.processing.surface import Surfels
 from orbitscan.recorder import poses
+from orbitscan.recorder.kernels import kernel, over_slices
 
 _RIDGE = 1e-9  # of the trace: a motion that nothing determines stays at rest
 _COARSE_RIDGE = 1e-6  # the same, where fewer surfels tell less

@@ -21,9 +21,9 @@ from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface import choose_scale
 from orbitscan.recorder import mcap_file, objects, poses
+from orbitscan.recorder.libraries import load_open3d
 from orbitscan.recorder.session import Session
 from orbitscan.recorder.sources import ply_file
-from orbitscan.recorder.sources.mesh_file import load_open3d
 
 SHOWN = ("icp", "ransac_icp", "refined")  # the thesis's two, and ours
 _DRAWN = 30_000  # points of a model
@@ -82,7 +82,7 @@ def _build(recording: Session, run: Run, path: Path) -> None:
 
 def _distances(what: str, points: np.ndarray) -> np.ndarray:
     """How far points (N, 3) are from an object's surface [m]."""
-    o3d = load_open3d()
+    o3d = load_open3d("make the other figures")
     mesh = objects.build(what, 1)
     scene = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(

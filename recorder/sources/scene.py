@@ -1,18 +1,19 @@
-"""A mesh to cast rays at, and the light that falls on it."""
+"""A mesh as rays meet it: where, on which triangle, in which colour."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from orbitscan.recorder.exceptions import MissingLibrary
+from orbitscan.recorder.libraries import load_open3d
 from orbitscan.recorder.objects.mesh import Mesh
-from orbitscan.recorder.sources.mesh_file import load_open3d
 
 if TYPE_CHECKING:
-    from open3d.t.geometry import RaycastingScene
+    from types import ModuleType
 
 LIGHT = np.array([0.36, -0.48, 0.80])  # the direction to a lamp that stands still beside the object
 AMBIENT = 0.6  # share of the light that comes from everywhere
@@ -28,22 +29,25 @@ class Hits:
     uv: np.ndarray  # (N, 2) where on it
 
 
+class Raycaster(Protocol):
+    """What finds where rays meet triangles."""
+
+    name: str  # as recordings tell it
+
+    def cast(self, origin: np.ndarray, directions: np.ndarray, threads: int) -> Hits:
+        """Where rays from one origin (3,) in the directions (N, 3) first meet the mesh; `threads` 0: all."""
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A mesh; Open3D, which casts the rays, is loaded with the first of them."""
+    """A mesh; what casts the rays is loaded with the first of them."""
 
     mesh: Mesh
     threads: int = 0  # that cast the rays; 0: all
 
     def cast(self, origin: np.ndarray, directions: np.ndarray) -> Hits:
         """Where rays from one origin (3,) in the directions (N, 3) first meet the mesh."""
-        origins = np.broadcast_to(origin, directions.shape)
-        rays = load_open3d().core.Tensor(np.hstack([origins, directions]).astype(np.float32))
-        hits = self._tree.cast_rays(rays, nthreads=self.threads)
-        distance, normals, triangles, uv = (
-            hits[key].numpy() for key in ("t_hit", "primitive_normals", "primitive_ids", "primitive_uvs")
-        )
-        return Hits(distance.astype(np.float64), normals, triangles, uv)
+        return self.raycaster.cast(origin, directions, self.threads)
 
     def colors(self, triangles: np.ndarray, uv: np.ndarray, normals: np.ndarray) -> np.ndarray | None:
         """(N, 3) uint8, interpolated between the mesh's vertices and lit; None where the mesh has none."""
@@ -56,9 +60,32 @@ class Scene:
         return np.clip(np.rint(colors), 0, 255).astype(np.uint8)
 
     @cached_property
-    def _tree(self) -> RaycastingScene:
-        o3d = load_open3d()
-        tree = o3d.t.geometry.RaycastingScene()
-        vertices, triangles = self.mesh.vertices.astype(np.float32), self.mesh.triangles.astype(np.uint32)
-        tree.add_triangles(o3d.core.Tensor(vertices), o3d.core.Tensor(triangles))
-        return tree
+    def raycaster(self) -> Raycaster:
+        """Open3D's (Embree); ours where that does not load."""
+        try:
+            return Open3DRaycaster(self.mesh, load_open3d("do without"))
+        except MissingLibrary:
+            from orbitscan.recorder.sources.box_tree import BoxTree  # numba, which takes half a second
+
+            return BoxTree(self.mesh)
+
+
+class Open3DRaycaster:
+    """Embree, as Open3D has it: single precision."""
+
+    def __init__(self, mesh: Mesh, open3d: ModuleType) -> None:
+        self.name = f"Open3D {open3d.__version__}"
+        self._tensor = open3d.core.Tensor
+        self._scene = open3d.t.geometry.RaycastingScene()
+        vertices, triangles = mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32)
+        self._scene.add_triangles(self._tensor(vertices), self._tensor(triangles))
+
+    def cast(self, origin: np.ndarray, directions: np.ndarray, threads: int) -> Hits:
+        """Where rays from one origin (3,) in the directions (N, 3) first meet the mesh."""
+        origins = np.broadcast_to(origin, directions.shape)
+        rays = self._tensor(np.hstack([origins, directions]).astype(np.float32))
+        hits = self._scene.cast_rays(rays, nthreads=threads)
+        distance, normals, triangles, uv = (
+            hits[key].numpy() for key in ("t_hit", "primitive_normals", "primitive_ids", "primitive_uvs")
+        )
+        return Hits(distance.astype(np.float64), normals, triangles, uv)

@@ -66,8 +66,9 @@ def simulate(
         device = Kinect.draw(np.random.default_rng(key), float(high[2] - low[2]), noise_mm / 1000)
     else:
         key, model, device = (seed,), "virtual depth camera", GaussianSensor(noise_mm / 1000)
+    scene = Scene(mesh, threads)
     orbit = _Orbit(
-        scene=Scene(mesh, threads),
+        scene=scene,
         center=center,
         table=float(low[2]),
         distance=distance,
@@ -87,7 +88,7 @@ def simulate(
         category=None if from_file else what,
         instance=None if from_file else str(instance),
         source="virtual",
-        sensor=model,
+        sensor=f"{model}, rays cast by {scene.raycaster.name}",
         capture="circle",
         elevation_deg=elevation_deg,
         views_per_turn=orbit.views_per_turn,

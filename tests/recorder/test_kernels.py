@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.features.normals import estimate_normals
-from orbitscan.processing.features.parallel import kernel, over_slices
+from orbitscan.recorder.kernels import kernel, over_slices
 
 
 @kernel

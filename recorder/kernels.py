@@ -1,0 +1,81 @@
+"""Kernels: compiled by numba, their machine code kept from run to run, shared out over all threads by Python."""
+
+import logging
+import os
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from numba import config, get_num_threads, njit
+
+config.THREADING_LAYER = "workqueue"  # numba's own threads never run; looking for others warns of old libraries
+
+_SLICES_PER_THREAD = 8  # enough to balance the load
+_TEMPORARY = "orbitscan-kernels"  # name of the cache in the temporary folder, before the user's number
+
+
+def _choose_cache() -> bool:
+    """Whether machine code can be kept: beside the sources, else with the user's caches, else in a temporary folder.
+
+    numba knows the first two. Where neither can be written (a read-only installation, another user, no HOME) the third
+    is made, told in one line, and handed to worker processes by the environment.
+    """
+    try:
+        njit(cache=True)(_choose_cache)
+    except RuntimeError:  # numba's "no locator available"
+        logger = logging.getLogger("orbitscan")
+        try:
+            folder = _temporary_folder()
+        except OSError:
+            logger.warning("compiled kernels cannot be kept anywhere: each run compiles them, about 10 s")
+            return False
+        logger.warning("compiled kernels are kept in %s: neither the installation nor a cache can be written", folder)
+        config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    return True
+
+
+def _temporary_folder() -> Path:
+    """A folder of this user alone, the same from run to run: whoever can write into it has his code run by us."""
+    user = os.getuid() if hasattr(os, "getuid") else 0  # Windows has a temporary folder for each user
+    folder = Path(tempfile.gettempdir()) / f"{_TEMPORARY}-{user}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    about = folder.lstat()
+    if folder.is_symlink() or (hasattr(os, "getuid") and (about.st_uid != user or about.st_mode & 0o022)):
+        return Path(tempfile.mkdtemp(prefix=f"{_TEMPORARY}-"))
+    return folder
+
+
+kernel: Callable[..., Any] = njit(cache=_choose_cache(), nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+
+
+def is_kept(function: Any, since: float = 0.0) -> bool:
+    """Whether a kernel's machine code was kept, at or after a time [s]."""
+    if function.stats.cache_path is None:
+        return False
+    name = f"{Path(function.py_func.__code__.co_filename).stem}.{function.py_func.__qualname__}-*.nbi"
+    return any(file.stat().st_mtime >= since for file in Path(function.stats.cache_path).glob(name))
+
+
+def over_slices(function: Callable[..., None], count: int, *arguments: Any, threads: int = 0) -> None:
+    """Call function(start, stop, *arguments) for slices that cover range(count), on `threads` (0: numba's number).
+
+    The function is a kernel that writes what belongs to its slice and nothing else, so that neither the number of
+    threads nor their order shows. Half the compile time of numba's own parallel loops.
+    """
+    threads = threads or get_num_threads()
+    length = max(1, -(-count // (threads * _SLICES_PER_THREAD)))
+    slices = [(start, min(start + length, count)) for start in range(0, count, length)]
+    if threads == 1 or len(slices) < 2:
+        function(0, count, *arguments)
+        return
+    for running in [_pool(threads).submit(function, *bounds, *arguments) for bounds in slices]:
+        running.result()
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Kept for all calls: to start threads takes longer than many a kernel."""
+    return ThreadPoolExecutor(threads)

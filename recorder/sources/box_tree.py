@@ -1,0 +1,140 @@
+"""A raycaster of our own, for machines where Open3D does not load: triangles in a tree of boxes, double precision.
+
+Boxes are halved at the median of their triangles' centres; a ray visits the nearer half first. A triangle is met as in
+Möller, Trumbore: Fast, Minimum Storage Ray/Triangle Intersection (1997).
+"""
+
+import logging
+
+import numpy as np
+
+from orbitscan.recorder.kernels import is_kept, kernel, over_slices
+from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.sources.scene import Hits
+
+_LEAF = 4  # triangles of a box that is not halved
+_DEPTH = 64  # boxes that wait while a ray goes through another: more than the tree has levels
+_EDGE = 1e-9  # how far outside, as a share of its sides, a triangle still is met: no ray passes between two
+_HUGE = 1e300  # the reciprocal of nothing: with infinity, a ray that runs along a box's side would be nowhere
+
+
+class BoxTree:
+    """A mesh's triangles in boxes within boxes. Rays and corners are rounded as Open3D's are, so that both agree."""
+
+    name = "orbitscan"
+
+    def __init__(self, mesh: Mesh) -> None:
+        if not is_kept(_follow):
+            logging.getLogger("orbitscan").warning("Compiling the raycaster: once on this machine, about 5 s ...")
+        corners = mesh.vertices.astype(np.float32).astype(np.float64)[mesh.triangles]  # (T, 3, 3)
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        self._order = np.arange(len(corners))  # of the triangles as the leaves have them
+        self._boxes, self._children = _build(low, high, (low + high) / 2, self._order)
+        self._first = corners[self._order, 0]
+        self._sides = corners[self._order, 1:] - corners[self._order, :1]  # (T, 2, 3)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        self._normals = normals / np.where(lengths > 0, lengths, 1)
+
+    def cast(self, origin: np.ndarray, directions: np.ndarray, threads: int) -> Hits:
+        """Where rays from one origin (3,) in the directions (N, 3) first meet the mesh."""
+        origin, rays = (array.astype(np.float32).astype(np.float64) for array in (origin, directions))
+        count = len(rays)
+        distance, triangles, uv = np.full(count, np.inf), np.zeros(count, np.int64), np.zeros((count, 2))
+        tree = self._boxes, self._children, self._order, self._first, self._sides
+        over_slices(_follow, count, *tree, origin, rays, distance, triangles, uv, threads=threads)
+        return Hits(distance, np.where(np.isfinite(distance)[:, None], self._normals[triangles], 0), triangles, uv)
+
+
+@kernel
+def _build(low, high, centers, order):  # noqa: ANN001, ANN202
+    """Boxes (B, 6) and, of each, its two halves, or of a leaf -1 - its first triangle and their number.
+
+    The triangles of a leaf follow each other in `order`, which is sorted in place.
+    """
+    boxes, children = np.empty((2 * len(order), 6)), np.empty((2 * len(order), 2), np.int64)
+    waiting = np.empty((_DEPTH, 3), np.int64)  # a box's number, and where its triangles start and stop
+    waiting[0] = 0, 0, len(order)
+    count, made = 1, 1
+    while count > 0:
+        count -= 1
+        box, start, stop = waiting[count]
+        least, most = np.full(3, np.inf), np.full(3, -np.inf)
+        nearest, farthest = least.copy(), most.copy()  # of the centres
+        for i in range(start, stop):
+            for axis in range(3):
+                least[axis] = min(least[axis], low[order[i], axis])
+                most[axis] = max(most[axis], high[order[i], axis])
+                nearest[axis] = min(nearest[axis], centers[order[i], axis])
+                farthest[axis] = max(farthest[axis], centers[order[i], axis])
+        boxes[box, :3], boxes[box, 3:] = least, most
+        if stop - start <= _LEAF:
+            children[box] = -start - 1, stop - start
+            continue
+        axis = np.argmax(farthest - nearest)
+        inside = order[start:stop].copy()
+        order[start:stop] = inside[np.argsort(centers[inside, axis])]
+        middle = (start + stop) // 2
+        children[box] = made, made + 1
+        waiting[count] = made, start, middle
+        waiting[count + 1] = made + 1, middle, stop
+        count, made = count + 2, made + 2
+    return boxes[:made].copy(), children[:made].copy()
+
+
+@kernel
+def _follow(start, stop, boxes, children, order, first, sides, origin, rays, distance, triangles, uv):  # noqa: ANN001, ANN202
+    """Fill in the distance, triangle and place on it of the rays from `start` to `stop` that meet one."""
+    waiting = np.empty(_DEPTH, np.int64)
+    for r in range(start, stop):
+        x, y, z = rays[r]
+        inverse = (1 / x if x != 0 else _HUGE, 1 / y if y != 0 else _HUGE, 1 / z if z != 0 else _HUGE)
+        waiting[0] = 0
+        count = 1 if _enter(boxes[0], origin, inverse) < np.inf else 0
+        while count > 0:
+            count -= 1
+            box = waiting[count]
+            left, right = children[box]
+            if left < 0:
+                for i in range(-left - 1, -left - 1 + right):
+                    t, u, v = _meet(first[i], sides[i, 0], sides[i, 1], origin, x, y, z)
+                    if 0 < t < distance[r]:
+                        distance[r], triangles[r] = t, order[i]
+                        uv[r, 0], uv[r, 1] = u, v
+                continue
+            near, far = left, right
+            enter_near, enter_far = _enter(boxes[left], origin, inverse), _enter(boxes[right], origin, inverse)
+            if enter_far < enter_near:
+                near, far, enter_near, enter_far = right, left, enter_far, enter_near
+            if enter_far < distance[r]:
+                waiting[count] = far
+                count += 1
+            if enter_near < distance[r]:
+                waiting[count] = near
+                count += 1
+
+
+@kernel
+def _enter(box, origin, inverse):  # noqa: ANN001, ANN202
+    """Where a ray, by the reciprocals of its direction, enters a box; inf where it does not."""
+    enter, leave = 0.0, np.inf
+    for axis in range(3):
+        a, b = (box[axis] - origin[axis]) * inverse[axis], (box[3 + axis] - origin[axis]) * inverse[axis]
+        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+    return enter if enter <= leave else np.inf
+
+
+@kernel
+def _meet(first, p, q, origin, x, y, z):  # noqa: ANN001, ANN202
+    """Where a ray in the direction x, y, z meets a triangle (inf: it does not), and u, v on its sides p and q."""
+    a, b, c = y * q[2] - z * q[1], z * q[0] - x * q[2], x * q[1] - y * q[0]  # direction x q
+    volume = p[0] * a + p[1] * b + p[2] * c
+    if volume == 0:
+        return np.inf, 0.0, 0.0
+    s0, s1, s2 = origin[0] - first[0], origin[1] - first[1], origin[2] - first[2]
+    u = (s0 * a + s1 * b + s2 * c) / volume
+    d, e, f = s1 * p[2] - s2 * p[1], s2 * p[0] - s0 * p[2], s0 * p[1] - s1 * p[0]  # s x p
+    v = (x * d + y * e + z * f) / volume
+    if u < -_EDGE or v < -_EDGE or u + v > 1 + _EDGE:
+        return np.inf, 0.0, 0.0
+    return (q[0] * d + q[1] * e + q[2] * f) / volume, u, v
