@@ -10,6 +10,7 @@ import typer
 
 from orbitscan.processing import model_cli, reproduce_cli, review_cli
 from orbitscan.recorder import cli as recorder_cli
+from orbitscan.recorder.caches import find_place_for_matplotlib
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.progress import progress
 
@@ -200,4 +201,5 @@ def _exit_status(outcomes: list["Outcome"], strict: bool) -> int:
 
 def main() -> None:
     """Run the command."""
+    find_place_for_matplotlib()
     recorder_cli.run(app)

@@ -2,7 +2,6 @@
 
 import logging
 import os
-import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -11,10 +10,11 @@ from typing import Any
 
 from numba import config, get_num_threads, njit
 
+from orbitscan.recorder.caches import temporary_cache
+
 config.THREADING_LAYER = "workqueue"  # numba's own threads never run; looking for others warns of old libraries
 
 _SLICES_PER_THREAD = 8  # enough to balance the load
-_TEMPORARY = "orbitscan-kernels"  # name of the cache in the temporary folder, before the user's number
 
 
 def _choose_cache() -> bool:
@@ -28,24 +28,13 @@ def _choose_cache() -> bool:
     except RuntimeError:  # numba's "no locator available"
         logger = logging.getLogger("orbitscan")
         try:
-            folder = _temporary_folder()
+            folder = temporary_cache("kernels")
         except OSError:
             logger.warning("compiled kernels cannot be kept anywhere: each run compiles them, about 10 s")
             return False
         logger.warning("compiled kernels are kept in %s: neither the installation nor a cache can be written", folder)
         config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = str(folder)
     return True
-
-
-def _temporary_folder() -> Path:
-    """A folder of this user alone, the same from run to run: whoever can write into it has his code run by us."""
-    user = os.getuid() if hasattr(os, "getuid") else 0  # Windows has a temporary folder for each user
-    folder = Path(tempfile.gettempdir()) / f"{_TEMPORARY}-{user}"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    about = folder.lstat()
-    if folder.is_symlink() or (hasattr(os, "getuid") and (about.st_uid != user or about.st_mode & 0o022)):
-        return Path(tempfile.mkdtemp(prefix=f"{_TEMPORARY}-"))
-    return folder
 
 
 kernel: Callable[..., Any] = njit(cache=_choose_cache(), nogil=True, error_model="numpy", no_cfunc_wrapper=True)

@@ -5,7 +5,10 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from filelock import FileLock
 from hypothesis import settings
+
+from tests.viewer import probe
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # tests run side by side: torch with more threads than cores crawls
 os.environ.setdefault("LP_NUM_THREADS", "1")  # and so does the software renderer
@@ -21,6 +24,19 @@ def data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real scans in {folder}; set ORBITSCAN_DATA")
     return folder
+
+
+@pytest.fixture(scope="session")
+def renderer(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Skips where the viewer draws nothing: one of a run's processes tries it once, for all."""
+    folder = tmp_path_factory.getbasetemp()
+    folder = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+    found = folder / "renderer.txt"
+    with FileLock(f"{found}.lock"):
+        if not found.exists():
+            found.write_text(probe() or "", encoding="utf-8")
+    if reason := found.read_text(encoding="utf-8"):
+        pytest.skip(reason)
 
 
 @pytest.fixture(scope="session")

@@ -1,12 +1,67 @@
-"""A headless Rerun viewer for tests: opens a recording, tells what a view could not draw, takes its picture."""
+"""A headless Rerun viewer for tests, one for all recordings of a process: what it could not draw, and pictures."""
 
-from functools import partial
+import atexit
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import rerun as rr
+from rerun.experimental import ViewerClient
 
 from orbitscan.processing.review import picture
-from orbitscan.processing.review.picture import NoViewer, find_reports, find_viewer, show_tab
+from orbitscan.processing.review.picture import NoViewer, find_viewer, load, show_tab, start_viewer
 
-__all__ = ["RERUN", "NoViewer", "find_reports", "open_viewer", "show_tab"]
+__all__ = ["RERUN", "find_reports", "open_viewer", "probe", "show_tab"]
 
+SIZE = "640x400"  # a software renderer's time goes into pixels
 picture.SECONDS_TO_SETTLE = 0.3  # a view tells what it cannot draw in its first frame; no legend is looked at here
-open_viewer = partial(picture.open_viewer, size="640x400")  # a software renderer's time goes into pixels
+_told: list[int] = []  # the last log entry of the recordings before
 RERUN = find_viewer()  # the native program; the one on the PATH is a wrapper around it
+
+
+@contextmanager
+def open_viewer(recording: Path) -> Iterator[ViewerClient]:
+    """A client of a viewer in which nothing but `recording` is open."""
+    viewer = _start()
+    load(viewer, recording)
+    try:
+        yield viewer
+    finally:
+        viewer.close("all")
+        viewer.run_command("ui.reset_viewer")  # it keeps an application's layout for the next recording
+        _told[:] = [entry.sequence for entry in viewer.get_logs()[-1:]]
+
+
+def find_reports(viewer: ViewerClient) -> list[str]:
+    """What any view of the open recording warns of or could not draw, and errors logged since it was opened."""
+    return picture.find_reports(viewer, *_told)
+
+
+@cache
+def _start() -> ViewerClient:
+    ends = ExitStack()
+    atexit.register(ends.close)
+    return ends.enter_context(start_viewer(SIZE))
+
+
+def probe() -> str | None:
+    """Why no frame can be rendered on this machine; None where one was."""
+    with TemporaryDirectory() as folder, rr.RecordingStream("probe") as stream:
+        recording, shot = Path(folder) / "probe.rrd", Path(folder) / "probe.png"
+        stream.save(recording)
+        stream.log("point", rr.Points3D([[0, 0, 0]]))
+        stream.disconnect()
+        try:
+            with start_viewer("64x64") as viewer:
+                load(viewer, recording)
+                viewer.save_screenshot(str(shot))
+        except NoViewer as reason:
+            return str(reason)
+        return None if shot.is_file() else "the viewer takes no picture"
+
+
+if __name__ == "__main__":
+    sys.exit(probe())

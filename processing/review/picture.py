@@ -6,11 +6,11 @@ import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import rerun_cli
 from rerun.experimental import ViewerClient
@@ -19,10 +19,11 @@ from orbitscan.processing.review.entities import VIEW_TIMELINE
 from orbitscan.recorder.exceptions import InvalidOption, MissingLibrary, UnreadableRecording, UnwritableOutput
 
 SIZE = "1920x1080"
-SECONDS_TO_START = 20.0
+SECONDS_TO_START = 60.0  # a slow machine, with other work
 SECONDS_TO_LOAD = 60.0
 SECONDS_TO_SETTLE = 0.6  # legends and ranges of plots come a few frames after the data
 SECONDS_OF_NOTICES = 2.0  # the viewer tells for so long, in a corner, that it loaded something
+_NO_DRIVER = ("render context", "adapter", "Vulkan", "wgpu")  # of which a viewer that cannot draw speaks as it ends
 _MAKE_AGAIN = "make it again: it is cut, damaged, or no recording at all"
 
 
@@ -77,44 +78,60 @@ def take_picture(recording: Path, picture: Path, size: str = SIZE, view: int | N
 def open_viewer(recording: Path, size: str = SIZE) -> Iterator[ViewerClient]:
     """A client of a headless viewer that has loaded `recording`; the viewer ends with the block.
 
-    Raises NoViewer where none starts, and UnreadableRecording where it does not load.
+    Raises NoViewer where none starts, or it ends, and UnreadableRecording where it does not load.
     """
+    with start_viewer(size) as viewer:
+        load(viewer, recording)
+        yield viewer
+
+
+@contextmanager
+def start_viewer(size: str = SIZE) -> Iterator[ViewerClient]:
+    """A client of a headless viewer, which ends with the block. Raises NoViewer where none starts, or it ends."""
     port = _free_port()
     command = [str(find_viewer()), "--headless", "--hide-welcome-screen", "--bind", "127.0.0.1", "--port", str(port)]
-    with TemporaryDirectory() as scratch:
+    with TemporaryDirectory() as scratch, (Path(scratch) / "words").open("w+b") as words:
         process = subprocess.Popen(
             [*command, "--window-size", size],
             env={**os.environ, "RUST_LOG": "error", "TMPDIR": scratch},
             stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            stderr=words,
         )
         try:
-            viewer = _connect(process, port)
-            viewer.open(str(recording.resolve()))
-            deadline = time.monotonic() + SECONDS_TO_LOAD
-            while viewer.get_state().loading:
-                if time.monotonic() > deadline:
-                    problem = f"the viewer does not load it in {SECONDS_TO_LOAD:.0f} s"
-                    raise UnreadableRecording(recording, problem, "open it with 'orbitscan view' and see why")
-                time.sleep(0.1)
-            if not viewer.get_state().recordings:
-                raise UnreadableRecording(recording, "the viewer finds no recording in it", _MAKE_AGAIN)
-            time.sleep(SECONDS_TO_SETTLE)
-            yield viewer
+            yield cast(ViewerClient, _PatientViewer(_connect(process, port)))
+        except ConnectionError as error:
+            raise _explain(error, process, words) from None
         finally:
             process.terminate()
             process.wait(timeout=10)
 
 
-def find_reports(viewer: ViewerClient) -> list[str]:
-    """What any view warns of or could not draw, hidden tabs included, and the errors the viewer itself logged."""
+def load(viewer: ViewerClient, recording: Path) -> None:
+    """Raises UnreadableRecording where the viewer does not load a recording."""
+    deadline = time.monotonic() + SECONDS_TO_LOAD
+    viewer.open(str(recording.resolve()))
+    while viewer.get_state().loading:
+        if time.monotonic() > deadline:
+            problem = f"the viewer does not load it in {SECONDS_TO_LOAD:.0f} s"
+            raise UnreadableRecording(recording, problem, "open it with 'orbitscan view' and see why")
+        time.sleep(0.1)
+    if not viewer.get_state().recordings:
+        raise UnreadableRecording(recording, "the viewer finds no recording in it", _MAKE_AGAIN)
+    time.sleep(SECONDS_TO_SETTLE)
+
+
+def find_reports(viewer: ViewerClient, after: int | None = None) -> list[str]:
+    """What any view warns of or could not draw, hidden tabs included, and the errors the viewer itself logged.
+
+    `after` is the sequence number of a log entry: those up to it are of recordings that were open before.
+    """
     reports = []
     for tab in range(_count_tabs(viewer)):
         show_tab(viewer, tab)
         reports += [
             f"{view.name}: {r.severity}: {r.summary}" for view in viewer.get_state().views for r in view.reports
         ]
-    reports += [entry.message for entry in viewer.get_logs() if entry.level == "ERROR"]
+    reports += [entry.message for entry in viewer.get_logs(after) if entry.level == "ERROR"]
     return list(dict.fromkeys(reports))
 
 
@@ -157,18 +174,65 @@ def _tab_strips(blueprint: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _connect(process: subprocess.Popen, port: int) -> ViewerClient:
+    """A client of a viewer that has just been started. Raises ConnectionError."""
     deadline = time.monotonic() + SECONDS_TO_START
-    while process.poll() is None and time.monotonic() < deadline:
+    while True:
         try:
             viewer = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
             viewer.get_state()
             return viewer
-        except Exception:
+        except ConnectionError:
+            if process.poll() is not None or time.monotonic() > deadline:
+                raise
             time.sleep(0.1)
-    raise NoViewer(
+
+
+class _PatientViewer:
+    """A client whose calls are made again while the viewer is only slow: none of those we make adds up."""
+
+    def __init__(self, viewer: ViewerClient) -> None:
+        self._viewer = viewer
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        def call(*arguments: Any, **named: Any) -> Any:
+            deadline = time.monotonic() + SECONDS_TO_LOAD
+            while True:
+                try:
+                    return getattr(self._viewer, name)(*arguments, **named)
+                except ConnectionError as error:
+                    if not _is_slow(error) or time.monotonic() > deadline:
+                        raise
+
+        return call
+
+
+def _is_slow(error: ConnectionError) -> bool:
+    return "deadline" in str(error).lower() or "timeout" in str(error).lower()
+
+
+def _explain(error: ConnectionError, process: subprocess.Popen, words: BinaryIO) -> Exception:
+    """What an error of the connection means: the viewer ended, or is slow; any other is returned as it is.
+
+    Everything that a viewer tells comes as an error of the connection; that the other end is gone may show at once.
+    """
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(timeout=1.0)
+    if process.poll() is None:
+        if not _is_slow(error):
+            return error
+        return NoViewer(
+            "the viewer", f"does not answer within {SECONDS_TO_LOAD:.0f} s", "try again when less is running"
+        )
+    words.seek(0)
+    last = words.read().decode("utf-8", "replace")
+    if any(sign in last for sign in _NO_DRIVER):
+        problem = "does not start without a display here: it finds no Vulkan driver"
+        return NoViewer("the viewer", problem, "on Debian and Ubuntu: apt install mesa-vulkan-drivers libvulkan1")
+    said = next((line.strip() for line in last.splitlines() if "panicked" in line or "error" in line.lower()), "")
+    return NoViewer(
         "the viewer",
-        "does not start without a display here: it finds no Vulkan driver",
-        "on Debian and Ubuntu: apt install mesa-vulkan-drivers libvulkan1",
+        f"ended with status {process.returncode}{said and f' ({said})'}",
+        "see whether 'rerun' starts here",
     )
 
 

@@ -1,7 +1,9 @@
 """A Rerun recording that appears whole or not at all, the same from the same content."""
 
 import errno
+import hashlib
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -37,14 +39,21 @@ def open_stream(recording_id: str) -> rr.RecordingStream:
 
     Its application has its name too: a viewer shows all recordings of one application with one layout and one eye.
     """
+    identity = _slug(recording_id)
     stream = rr.RecordingStream(
-        recording_id,
-        recording_id=recording_id,
+        identity,
+        recording_id=identity,
         send_properties=False,  # they hold the time of writing
         batcher_config=rr.ChunkBatcherConfig.NEVER(),  # flushed by us only: the same chunks in every run
     )
     stream.set_log_time_enabled(False)
     return stream
+
+
+def _slug(name: str) -> str:
+    """A name in letters, digits, - and _ alone, as viewers and catalogs want identities; another for another name."""
+    slug = re.sub(r"[^A-Za-z0-9_-]+", "-", name)
+    return slug if slug == name else f"{slug.strip('-')}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
 
 
 def reserve(folder: Path, size: int) -> None:

@@ -255,9 +255,7 @@ def test_a_place_that_cannot_be_written_is_left_as_it_is(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["taken"]
 
 
+@pytest.mark.usefixtures("renderer")
 def test_viewer_draws_everything(recording):
-    try:
-        with viewer.open_viewer(recording) as client:
-            assert viewer.find_reports(client) == []
-    except viewer.NoViewer as reason:
-        pytest.skip(str(reason))
+    with viewer.open_viewer(recording) as client:
+        assert viewer.find_reports(client) == []
