@@ -18,10 +18,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from orbitscan.recorder import mcap_file
+from tests.command import ORBITSCAN, run
 from tests.geometry import bottle, scan
 from tests.viewer import RERUN
 
-ORBITSCAN = Path(sys.executable).with_name("orbitscan")
+OPTIONS = ("--workers", "2", "--model", "none")
 VOLATILE = ("timings.json", "review.rrd")  # they hold seconds
 FAULTS = re.compile(r"Traceback|panicked|core dumped")
 
@@ -49,12 +50,12 @@ def start(recordings: Path, results: Path, *options: str) -> subprocess.Popen:
     )
 
 
-def finish(batch: subprocess.Popen) -> str:
-    """What an undisturbed batch prints."""
-    printed, _ = batch.communicate(timeout=600)
+def finish(recordings: Path, results: Path, *options: str) -> None:
+    """An undisturbed batch, whose workers alone are processes."""
+    batch = run("process", recordings, "-o", results, *options, cwd=recordings.parent)
+    printed = batch.stdout + batch.stderr
     assert batch.returncode == 0, printed
     assert not FAULTS.search(printed), printed
-    return printed
 
 
 def kill(batch: subprocess.Popen, alone: bool) -> None:
@@ -81,18 +82,25 @@ def compare(results: Path, undisturbed: Path, names: Sequence[str], complete: bo
         assert {path.name for path in results.iterdir()} == listed, "something is left over, or missing"
 
 
-def kill_at_random(work: Path, sessions: int, kills: int, seed: int, workers: int = 2) -> None:
+def prepare(work: Path, sessions: int) -> list[str]:
+    """Recordings, and the results of an undisturbed batch, unless they are there; the names."""
+    if not (work / "undisturbed").exists():
+        record(work / "recordings", sessions)
+        finish(work / "recordings", work / "undisturbed", *OPTIONS)
+    return sorted(path.stem for path in (work / "recordings").iterdir())
+
+
+def kill_at_random(work: Path, sessions: int, kills: int, seed: int) -> None:
     """Process undisturbed, then with kills, and compare."""
     rng = random.Random(seed)
-    names = record(work / "recordings", sessions)
-    options = ("--workers", str(workers), "--model", "none")
+    names = prepare(work, sessions)
     begun = time.monotonic()
-    finish(start(work / "recordings", work / "undisturbed", *options))
+    start(work / "recordings", work / "timed", *OPTIONS).communicate()
     duration = time.monotonic() - begun
     done = 0
     while done < kills:
         again = ("--overwrite",) if done >= kills / 2 else ()
-        batch = start(work / "recordings", work / "results", *options, *again)
+        batch = start(work / "recordings", work / "results", *OPTIONS, *again)
         moment = rng.uniform(0.1, 0.9) * duration if again else rng.uniform(0.2, 0.5) * duration
         try:
             batch.communicate(timeout=moment)
@@ -107,8 +115,24 @@ def kill_at_random(work: Path, sessions: int, kills: int, seed: int, workers: in
             kills_left = f"{kills - done} kills are left: the next ones overwrite"
             print(f"ended before the kill at {moment:.1f} s; {kills_left}")
             done = max(done, (kills + 1) // 2)
-    finish(start(work / "recordings", work / "results", *options))
+    finish(work / "recordings", work / "results", *OPTIONS)
     compare(work / "results", work / "undisturbed", names, complete=True)
+
+
+def kill_half_way(work: Path, sessions: int) -> None:
+    """One kill, at a moment when a session is whole and another one is not, and compare."""
+    names, results = prepare(work, sessions), work / "results"
+    batch = start(work / "recordings", results, *OPTIONS)
+    while not (any((results / name).exists() for name in names) and any(results.glob("*.part*"))):
+        assert batch.poll() is None, "it ended before the kill"
+        time.sleep(0.01)
+    kill(batch, alone=True)
+    compare(results, work / "undisturbed", names, complete=False)
+    whole = {name: (results / name).stat().st_mtime_ns for name in names if (results / name).exists()}
+    assert whole
+    finish(work / "recordings", results, *OPTIONS)
+    compare(results, work / "undisturbed", names, complete=True)
+    assert whole == {name: (results / name).stat().st_mtime_ns for name in whole}, "what was whole is made again"
 
 
 @contextmanager
@@ -128,13 +152,11 @@ def small_disk(folder: Path, kilobytes: int) -> Iterator[Path]:
 
 def fill_disk(work: Path, kilobytes: Sequence[int]) -> None:
     """A batch of three sessions onto disks of several sizes: whatever fits is whole, the rest is told in a sentence."""
-    names = record(work / "recordings", 3)
-    if not (work / "undisturbed").exists():
-        finish(start(work / "recordings", work / "undisturbed", "--model", "none"))
+    names = prepare(work, 3)
     for size in kilobytes:
         with small_disk(work / f"disk_{size}", size) as disk:
-            batch = start(work / "recordings", disk / "results", "--model", "none")
-            printed, _ = batch.communicate(timeout=120)
+            batch = run("process", work / "recordings", "-o", disk / "results", "--model", "none", cwd=work)
+            printed = batch.stdout + batch.stderr
             assert batch.returncode in (1, 2), f"exit status {batch.returncode}: {printed}"
             assert not FAULTS.search(printed), printed
             assert "cannot be written" in printed, printed

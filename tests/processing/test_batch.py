@@ -9,6 +9,7 @@ import pytest
 from orbitscan.processing import batch
 from orbitscan.processing.batch import Job, process_recording
 from orbitscan.processing.inputs import find_recordings
+from orbitscan.processing.pipeline import process
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import UnreadableRecording
 from tests.geometry import scan
@@ -47,10 +48,10 @@ def test_a_recording_that_changes_meanwhile_has_no_results(recording, tmp_path, 
     changing.write_bytes(recording.read_bytes())
 
     def change(*arguments):
-        changing.write_bytes(recording.read_bytes())
         os.utime(changing, (1e9, 1e9))
+        return process(*arguments)
 
-    monkeypatch.setattr(batch, "_process_session", change)
+    monkeypatch.setattr(batch, "process", change)
     outcome = process_recording(changing, Job(tmp_path / "out", **SMALL))
     assert "it changed while it was read" in outcome.message
     assert not list((tmp_path / "out").iterdir())
@@ -60,7 +61,7 @@ def test_a_fault_of_ours_is_a_sentence_and_a_file_for_a_report(recording, tmp_pa
     def fail(*arguments):
         raise ZeroDivisionError("of a\nmodel")
 
-    monkeypatch.setattr(batch, "_process_session", fail)
+    monkeypatch.setattr(batch, "process", fail)
     outcome = process_recording(recording, Job(tmp_path, **SMALL))
     assert outcome.status == "failed"
     assert "a fault of orbitscan stopped it (ZeroDivisionError: of a model); please report it with" in outcome.message

@@ -4,6 +4,7 @@ import csv
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -20,16 +21,12 @@ from orbitscan.recorder.exceptions import UnreadableRecording
 from orbitscan.recorder.objects import CATEGORIES
 from orbitscan.recorder.session import in_memory
 from orbitscan.recorder.sources import ply_file
+from tests.command import run, start
 from tests.geometry import bottle, scan
-from tests.viewer import RERUN, NoViewer, find_reports, open_viewer
+from tests.viewer import RERUN, find_reports, open_viewer
 
-ORBITSCAN = Path(sys.executable).with_name("orbitscan")
-
-
-def run(*arguments, cwd, env=None):
-    return subprocess.run(
-        [ORBITSCAN, *map(str, arguments)], cwd=cwd, env=os.environ | (env or {}), capture_output=True, text=True
-    )
+POINTS = 16_000  # of an object: with fewer its ransac_icp places no view
+QUICK = ("--methods", "pairwise", "--model", "none")
 
 
 def results(folder):
@@ -38,9 +35,9 @@ def results(folder):
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """A recording of five views, processed."""
+    """A recording of five views, processed; to look at, not to change."""
     folder = tmp_path_factory.mktemp("done")
-    mcap_file.write(scan(n_views=5), folder / "blob.mcap")
+    mcap_file.write(scan(n_views=5, points=POINTS), folder / "blob.mcap")
     return folder, run("process", "blob.mcap", "-o", "out", cwd=folder)
 
 
@@ -108,7 +105,7 @@ def test_results_hold_what_the_views_show(done):
 
 
 def test_without_a_model_nothing_is_classified(tmp_path):
-    mcap_file.write(scan(n_views=2), tmp_path / "blob.mcap")
+    mcap_file.write(scan(n_views=2, points=POINTS), tmp_path / "blob.mcap")
     finished = run("process", "blob.mcap", "-o", "out", "--methods", "icp", "--model", "none", cwd=tmp_path)
     assert finished.returncode == 0, finished.stderr
     found = results(tmp_path / "out" / "blob")
@@ -174,72 +171,67 @@ def test_the_reviews_curves_are_those_of_the_results(done):
             assert curve == {view["view"]: view[key] for view in content["views"]}
 
 
-def test_the_review_and_the_recording_open_without_a_complaint(done):
+def test_the_review_is_a_whole_recording(done):
     folder, _ = done
     review = folder / "out" / "blob" / "review.rrd"
     assert subprocess.run([RERUN, "rrd", "verify", review], capture_output=True).returncode == 0
-    try:
-        for path in (review, folder / "blob.mcap"):
-            with open_viewer(path) as viewer:
-                assert viewer.get_state().views, f"nothing is shown of {path.name}"
-                assert find_reports(viewer) == []
-    except NoViewer as reason:
-        pytest.skip(str(reason))
 
 
-def test_done_is_skipped_and_a_change_is_named(done):
+@pytest.mark.usefixtures("renderer")
+def test_the_review_and_the_recording_open_without_a_complaint(done):
     folder, _ = done
-    again = run("process", "blob.mcap", "-o", "out", cwd=folder)
+    for path in (folder / "out" / "blob" / "review.rrd", folder / "blob.mcap"):
+        with open_viewer(path) as viewer:
+            assert viewer.get_state().views, f"nothing is shown of {path.name}"
+            assert find_reports(viewer) == []
+
+
+def test_done_is_skipped_and_a_change_is_named(done, tmp_path):
+    folder, _ = done
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    written = (tmp_path / "out" / "blob" / "results.json").stat().st_mtime_ns
+    again = run("process", "blob.mcap", "-o", "out", cwd=tmp_path)
     assert "blob.mcap: already done" in again.stdout
     assert "pairwise" in again.stdout
-    run("process", "blob.mcap", "-o", "other", "--methods", "icp", cwd=folder)
-    changed = run("process", "blob.mcap", "-o", "other", "--methods", "icp", "--views", "2", cwd=folder)
+    assert (tmp_path / "out" / "blob" / "results.json").stat().st_mtime_ns == written
+    changed = run("process", "blob.mcap", "-o", "out", "--views", "2", cwd=tmp_path)
     assert "done again: changed views" in changed.stdout
-    assert results(folder / "other" / "blob")["session"]["views_used"] == [0, 2]
+    assert results(tmp_path / "out" / "blob")["session"]["views_used"] == [0, 2]
 
 
-def test_workers_threads_and_repetition_do_not_change_a_byte(done, tmp_path):
-    folder, _ = done
-    mcap_file.write(scan(n_views=2, seed=1), folder / "second.mcap")
-    for out, workers, threads in (("two", "2", "2"), ("one", "1", "2"), ("single", "1", "1")):
-        options = ["-o", tmp_path / out, "--views", "0:2", "--workers", workers]
-        environment = {"NUMBA_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": threads, "OMP_NUM_THREADS": threads}
-        finished = run("process", "blob.mcap", "second.mcap", *options, cwd=folder, env=environment)
-        assert finished.returncode == 0, finished.stderr
+def test_workers_threads_and_repetition_do_not_change_a_byte(tmp_path):
+    """Two workers, whose kernels have a thread each and whose matrices two; and this process, where it is otherwise."""
+    for name, seed in (("blob", 0), ("second", 1)):
+        mcap_file.write(scan(n_views=2, points=8000, seed=seed), tmp_path / f"{name}.mcap")
+    environment = dict.fromkeys(("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "2")
+    batch = ("process", "blob.mcap", "second.mcap", "-o", "batch", "--workers", "2")
+    finished = start(*batch, cwd=tmp_path, env=environment)
+    assert finished.returncode == 0, finished.stderr
     for name in ("blob", "second"):
-        versions = {(tmp_path / out / name / "results.json").read_bytes() for out in ("two", "one", "single")}
+        assert run("process", f"{name}.mcap", "-o", "alone", cwd=tmp_path).returncode == 0
+        versions = {(tmp_path / out / name / "results.json").read_bytes() for out in ("batch", "alone")}
         assert len(versions) == 1
         assert len(json.loads(versions.pop())["classification"]["views"]) == 2
 
 
 def test_methods_settings_and_the_thesis_preset(done, tmp_path):
     folder, _ = done
-    finished = run("process", "blob.mcap", "-o", tmp_path, "--settings", "thesis", "--views", "2", cwd=folder)
+    options = ("-o", tmp_path, "--views", "2", "--model", "none")
+    finished = run("process", "blob.mcap", *options, "--settings", "thesis", cwd=folder)
     assert finished.returncode == 0, finished.stderr
     assert list(results(tmp_path / "blob")["reconstruction"]) == ["icp", "ransac_icp"]
-    (tmp_path / "s.toml").write_text("[ransac]\ntolerance = 3.0\n")
-    run(
-        "process",
-        "blob.mcap",
-        "-o",
-        tmp_path,
-        "--settings",
-        tmp_path / "s.toml",
-        "--methods",
-        "ransac-icp",
-        "--views",
-        "2",
-        cwd=folder,
-    )
+    toml = tmp_path / "s.toml"
+    toml.write_text("[ransac]\ntolerance = 3.0\n")
+    run("process", "blob.mcap", *options, "--settings", toml, "--methods", "ransac-icp", cwd=folder)
     assert list(results(tmp_path / "blob")["reconstruction"]) == ["ransac_icp"]
     assert results(tmp_path / "blob")["settings"]["ransac"]["tolerance"] == 3.0
 
 
 @pytest.mark.usefixtures("open3d")
 def test_a_known_step_closes_a_bottle_and_a_mesh_is_written_where_asked_for(tmp_path):
-    mcap_file.write(scan(n_views=3, surface=bottle), tmp_path / "bottle.mcap")
-    options = ["--methods", "refined", "--step-deg", "20", "--mesh"]
-    finished = run("process", "bottle.mcap", "-o", "told", *options, cwd=tmp_path)
+    mcap_file.write(scan(n_views=3, points=8000, surface=bottle), tmp_path / "bottle.mcap")
+    options = ("--methods", "refined", "--model", "none")
+    finished = run("process", "bottle.mcap", "-o", "told", *options, "--step-deg", "20", "--mesh", cwd=tmp_path)
     assert finished.returncode == 0, finished.stderr
     told = results(tmp_path / "told" / "bottle")
     refined = told["reconstruction"]["refined"]
@@ -249,7 +241,7 @@ def test_a_known_step_closes_a_bottle_and_a_mesh_is_written_where_asked_for(tmp_
     vertices, _ = ply_file.read(tmp_path / "told" / "bottle" / "model_mesh.ply")
     assert len(vertices) > 1000
     assert told["model"]["mesh_triangles"] > 1000
-    run("process", "bottle.mcap", "-o", "untold", "--methods", "refined", cwd=tmp_path)
+    run("process", "bottle.mcap", "-o", "untold", *options, cwd=tmp_path)
     untold = results(tmp_path / "untold" / "bottle")
     refined = untold["reconstruction"]["refined"]
     assert [view["status"] for view in refined["views"]] == ["ok", "ambiguous", "ambiguous"]
@@ -260,9 +252,9 @@ def test_a_known_step_closes_a_bottle_and_a_mesh_is_written_where_asked_for(tmp_
 
 
 def test_without_truth_errors_are_null_and_all_else_works(tmp_path):
-    session = scan(n_views=3)
+    session = scan(n_views=3, points=POINTS)
     mcap_file.write(in_memory(session.info, list(session.views())), tmp_path / "blob.mcap")
-    assert run("process", "blob.mcap", "-o", "out", "--methods", "pairwise", cwd=tmp_path).returncode == 0
+    assert run("process", "blob.mcap", "-o", "out", *QUICK, cwd=tmp_path).returncode == 0
     out = tmp_path / "out" / "blob"
     found = results(out)["reconstruction"]["pairwise"]
     assert {view["translation_error_m"] for view in found["views"]} == {None}
@@ -290,6 +282,12 @@ def test_what_is_no_recording_gets_one_sentence_and_status_2(tmp_path, name, con
     assert not list(tmp_path.glob("out/*.part"))
 
 
+def test_a_process_of_its_own_ends_with_status_2_and_one_line_too(tmp_path):
+    finished = start("process", "none.mcap", "-o", "out", cwd=tmp_path)
+    assert (finished.returncode, finished.stdout) == (2, "")
+    assert finished.stderr == "orbitscan: error: none.mcap: no such file; name a recording (.mcap)\n"
+
+
 def test_recordings_of_other_topics_are_named_as_such(data, tmp_path):
     for path in sorted((data / "mcap_ros2_rosbag2").glob("*.mcap")):
         outcome = process_recording(path, Job(tmp_path))
@@ -302,7 +300,7 @@ def test_a_cut_recording_is_processed_as_far_as_it_goes_and_says_so(done, tmp_pa
     folder, _ = done
     whole = (folder / "blob.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
-    finished = run("process", "cut.mcap", "-o", "out", "--methods", "pairwise", cwd=tmp_path)
+    finished = run("process", "cut.mcap", "-o", "out", *QUICK, cwd=tmp_path)
     assert finished.returncode == 1
     assert "cut" in finished.stderr
     found = results(tmp_path / "out" / "cut")
@@ -317,7 +315,7 @@ def test_one_flipped_bit_costs_one_view(done, tmp_path):
     damaged = bytearray((folder / "blob.mcap").read_bytes())
     damaged[len(damaged) // 2] ^= 4
     (tmp_path / "flip.mcap").write_bytes(damaged)
-    finished = run("process", "flip.mcap", "-o", "out", "--methods", "pairwise", cwd=tmp_path)
+    finished = run("process", "flip.mcap", "-o", "out", *QUICK, cwd=tmp_path)
     assert finished.returncode == 1
     statuses = [v["status"] for v in results(tmp_path / "out" / "flip")["reconstruction"]["pairwise"]["views"]]
     assert statuses.count("unreadable") == 1
@@ -326,7 +324,7 @@ def test_one_flipped_bit_costs_one_view(done, tmp_path):
 def odd_views():
     """Name -> a view with something wrong, and the statuses that would be honest."""
     rng = np.random.default_rng(0)
-    first, second, _ = scan(n_views=3).views()
+    first, second, _ = scan(n_views=3, points=POINTS).views()
     plane = np.column_stack([rng.random((9000, 2)) * 0.2, np.ones(9000)])
     return {
         "no_points": (second.points[:0], {"too_few_points"}),
@@ -340,25 +338,29 @@ def odd_views():
     }
 
 
-def test_an_odd_view_is_a_status_and_the_session_goes_on(tmp_path):
-    session = scan(n_views=3)
-    for name, (points, _) in odd_views().items():
-        views = list(session.views())
-        views[1] = replace(views[1], points=points.astype(np.float32))
-        mcap_file.write(in_memory(session.info, views, session.truth()), tmp_path / "in" / f"{name}.mcap")
-    finished = run("process", "in", "-o", "out", "--methods", "pairwise", cwd=tmp_path)
+ODD = odd_views()
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_an_odd_view_is_a_status_and_the_session_goes_on(tmp_path, name):
+    points, honest = ODD[name]
+    session = scan(n_views=3, points=POINTS)
+    views = list(session.views())
+    views[1] = replace(views[1], points=points.astype(np.float32))
+    mcap_file.write(in_memory(session.info, views, session.truth()), tmp_path / "odd.mcap")
+    finished = run("process", "odd.mcap", "-o", "out", *QUICK, cwd=tmp_path)
     assert finished.returncode == 0, finished.stderr
-    for name, (_, honest) in odd_views().items():
-        views = results(tmp_path / "out" / name)["reconstruction"]["pairwise"]["views"]
-        assert views[1]["status"] in honest, name
-        assert [views[0]["status"], views[2]["status"]] == ["ok", "ok"], name
-    strict = run("process", "in", "-o", "out", "--methods", "pairwise", "--strict", cwd=tmp_path)
-    assert strict.returncode == 1
+    views = results(tmp_path / "out" / "odd")["reconstruction"]["pairwise"]["views"]
+    assert views[1]["status"] in honest
+    assert [views[0]["status"], views[2]["status"]] == ["ok", "ok"]
+    strict = run("process", "odd.mcap", "-o", "out", *QUICK, "--strict", cwd=tmp_path)
+    assert "already done" in strict.stdout
+    assert strict.returncode == (views[1]["status"] != "ok")
 
 
 def test_one_view_only(tmp_path):
-    mcap_file.write(scan(n_views=1), tmp_path / "one.mcap")
-    assert run("process", "one.mcap", "-o", "out", "--methods", "pairwise", cwd=tmp_path).returncode == 0
+    mcap_file.write(scan(n_views=1, points=POINTS), tmp_path / "one.mcap")
+    assert run("process", "one.mcap", "-o", "out", *QUICK, cwd=tmp_path).returncode == 0
     found = results(tmp_path / "out" / "one")
     assert found["reconstruction"]["pairwise"]["pairs"] == []
     assert found["model"]["method"] == "pairwise"
@@ -407,7 +409,7 @@ def test_in_a_batch_one_broken_recording_does_not_stop_the_others(done, tmp_path
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "good.mcap").write_bytes((folder / "blob.mcap").read_bytes())
     (tmp_path / "in" / "bad.mcap").write_bytes(b"rubbish")
-    finished = run("process", "in", "-o", "out", "--views", "2", "--methods", "pairwise", cwd=tmp_path)
+    finished = run("process", "in", "-o", "out", "--views", "2", *QUICK, cwd=tmp_path)
     assert finished.returncode == 1
     assert "bad.mcap: not an MCAP file" in finished.stderr
     assert (tmp_path / "out" / "good" / "results.json").exists()

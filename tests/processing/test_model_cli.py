@@ -1,11 +1,9 @@
 """The commands `train` and `classify`: what they write, print and refuse."""
 
 import json
-import os
 import subprocess
 import sys
 from dataclasses import asdict, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,32 +12,21 @@ import torch
 from orbitscan.processing.classification import checkpoint
 from orbitscan.processing.classification.labelled_views import gather, split_views
 from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
-from orbitscan.processing.cli import app
 from orbitscan.processing.settings import read_settings
-from orbitscan.recorder import cli as recorder_cli
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.sources import ply_file
+from tests.command import run, start
 from tests.processing.classification import toys
 
-ORBITSCAN = Path(sys.executable).with_name("orbitscan")
 SMALL = 'structure = "C(4,3,2)-P(2)-FC(3)"\nepochs = 2\nepoch_views = 50\n[voxels]\ndiv = 12\nvalues = "density"\n'
 
 
-def refuse(folder, monkeypatch, capsys, *arguments):
-    """The one sentence that the command says, in this process, before it exits with status 2."""
-    monkeypatch.chdir(folder)
-    with pytest.raises(SystemExit) as exit_:
-        recorder_cli.run(app, [str(argument) for argument in arguments])
-    (sentence,) = capsys.readouterr().err.splitlines()
-    assert exit_.value.code == 2
+def refuse(folder, *arguments):
+    """The one sentence that the command says before it exits with status 2."""
+    finished = run(*arguments, cwd=folder)
+    (sentence,) = finished.stderr.splitlines()
+    assert finished.returncode == 2
     return sentence
-
-
-def run(*arguments, cwd):
-    return subprocess.run(
-        [ORBITSCAN, *map(str, arguments)], cwd=cwd, env=os.environ | {"OMP_NUM_THREADS": "1"}, capture_output=True,
-        text=True,
-    )  # fmt: skip
 
 
 @pytest.fixture
@@ -58,8 +45,8 @@ def trained(tmp_path_factory):
     for session in toys.sessions(instances=4, views=3):
         mcap_file.write(session, folder / "toys" / f"{session.info.name}.mcap")
     (folder / "small.toml").write_text(SMALL)
-    finished = run("train", "toys", "-o", "toys.pt", "--settings", "small.toml", "--test", "last", cwd=folder)
-    return folder, finished
+    options = ("--settings", "small.toml", "--test", "last", "--device", "cpu")
+    return folder, run("train", "toys", "-o", "toys.pt", *options, cwd=folder)
 
 
 def test_train_writes_a_model_and_its_review_and_says_how_it_went(trained):
@@ -113,10 +100,11 @@ def test_the_command_line_wins_over_a_preset(trained):
 
 
 def test_other_things_and_sides_are_learnt(trained):
+    """In a process of its own, which finds what it needs without the imports of other tests."""
     folder, _ = trained
     known = [f"toys/{name}_{i}.mcap" for name in ("ball", "plank") for i in (1, 2)]
     options = ("--settings", "small.toml", "--structure", "C(4,3,2)-FC(2)", "--orientation")
-    finished = run("train", *known, "--unknown", "toys/stick_1.mcap", "-o", "open.pt", *options, cwd=folder)
+    finished = start("train", *known, "--unknown", "toys/stick_1.mcap", "-o", "open.pt", *options, cwd=folder)
     assert finished.returncode == 0, finished.stderr
     model = checkpoint.load(folder / "open.pt")
     assert (model.categories, model.orientations) == (("ball", "plank"), (1, 1))
@@ -215,12 +203,12 @@ def test_views_of_one_instance_may_be_split_and_it_says_so(trained):
         (("toys", "-o", "wrong.mcap"), "wrong.mcap: is the name of a recording or a review"),
     ],
 )
-def test_wrong_input_of_train_is_one_sentence(trained, monkeypatch, capsys, arguments, problem):
+def test_wrong_input_of_train_is_one_sentence(trained, arguments, problem):
     folder, _ = trained
     mcap_file.write(toys.session("ball", 1, category=False), folder / "unlabelled.mcap")
     (folder / "wrong.toml").write_text("epoch = 3\n")
     (folder / "empty").mkdir(exist_ok=True)
-    assert problem in refuse(folder, monkeypatch, capsys, "train", "-o", "wrong.pt", *arguments)
+    assert problem in refuse(folder, "train", "-o", "wrong.pt", *arguments)
     assert {path.name for path in folder.glob("wrong*")} == {"wrong.toml"}
     assert not list(folder.glob("*.part*")) + list(folder.glob("*.state"))
 
@@ -244,7 +232,7 @@ def test_wrong_input_of_train_is_one_sentence(trained, monkeypatch, capsys, argu
         (("toys/ball_1.mcap", "--views", "7:"), "--views 7:: selects no view"),
     ],
 )
-def test_wrong_input_of_classify_is_one_sentence(trained, monkeypatch, capsys, arguments, problem):
+def test_wrong_input_of_classify_is_one_sentence(trained, arguments, problem):
     folder, _ = trained
     points = toys.cloud("ball", np.random.default_rng(0))
     ply_file.write(folder / "cloud.ply", points)
@@ -253,4 +241,4 @@ def test_wrong_input_of_classify_is_one_sentence(trained, monkeypatch, capsys, a
     whole = (folder / "toys.pt").read_bytes()
     (folder / "cut.pt").write_bytes(whole[: len(whole) // 2])
     torch.save(torch.load(folder / "toys.pt", weights_only=True) | {"structure": "C(9,3)-FC(3)"}, folder / "other.pt")
-    assert problem in refuse(folder, monkeypatch, capsys, "classify", *arguments)
+    assert problem in refuse(folder, "classify", *arguments)

@@ -5,26 +5,21 @@ from importlib import import_module
 
 import pytest
 
-from orbitscan.processing.cli import app
 from orbitscan.processing.reproduction import STUDIES, find
 from orbitscan.processing.reproduction.report import Report
-from orbitscan.recorder import cli as recorder_cli
 from orbitscan.recorder.exceptions import InvalidOption
+from tests.command import run
 
 
 @pytest.fixture
-def orbitscan(monkeypatch, tmp_path, capsys):
-    """Runs the command in this process, in an empty folder: status, output, complaints."""
-    monkeypatch.chdir(tmp_path)
+def orbitscan(tmp_path):
+    """Runs the command in an empty folder: status, output, complaints."""
 
-    def run(*arguments):
-        monkeypatch.setattr("sys.argv", ["orbitscan", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            recorder_cli.run(app, list(arguments))
-        out, err = capsys.readouterr()
-        return exit_.value.code, out, err
+    def run_there(*arguments):
+        finished = run(*arguments, cwd=tmp_path)
+        return finished.returncode, finished.stdout, finished.stderr
 
-    return run
+    return run_there
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -1,5 +1,6 @@
 """Recordings side by side: one that kills its process takes no other along, and no worker outlives its parent."""
 
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -29,6 +30,16 @@ def wait_for_ever(path, job):
     time.sleep(600)
 
 
+@pytest.fixture
+def forked(monkeypatch):
+    """Workers forked off a process that has imported everything; where the system has no fork, each imports again."""
+    if "forkserver" in multiprocessing.get_all_start_methods():
+        multiprocessing.set_forkserver_preload([workers.__name__, __name__])
+        context = multiprocessing.get_context("forkserver")
+        monkeypatch.setattr(multiprocessing, "get_context", lambda method: context)
+
+
+@pytest.mark.usefixtures("forked")
 def test_a_recording_that_kills_its_worker_is_a_row_and_the_others_are_done(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "process_recording", die_of_some)
     recordings = [tmp_path / f"{name}.mcap" for name in ("a", "b", "deadly_1", *"cdefghijk", "deadly_2", "l")]

@@ -8,7 +8,6 @@ from orbitscan.recorder import mcap_file
 from orbitscan.recorder.corpus import INSTANCES, Camera, Circle, open_circle, plan, record, record_all
 from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput
 
-pytestmark = pytest.mark.usefixtures("open3d")
 QUICK = Camera(views=200, every=100)
 
 
