@@ -1,14 +1,14 @@
-"""A headless Rerun viewer for tests, one for all recordings of a process: what it could not draw, and pictures."""
+"""A headless Rerun viewer for tests, one for many recordings: what it could not draw, and pictures."""
 
 import atexit
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import rerun as rr
+from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
 from orbitscan.processing.review import picture
@@ -18,33 +18,57 @@ __all__ = ["RERUN", "find_reports", "open_viewer", "probe", "show_tab"]
 
 SIZE = "640x400"  # a software renderer's time goes into pixels
 picture.SECONDS_TO_SETTLE = 0.3  # a view tells what it cannot draw in its first frame; no legend is looked at here
-_told: list[int] = []  # the last log entry of the recordings before
 RERUN = find_viewer()  # the native program; the one on the PATH is a wrapper around it
 
 
 @contextmanager
 def open_viewer(recording: Path) -> Iterator[ViewerClient]:
-    """A client of a viewer in which nothing but `recording` is open."""
-    viewer = _start()
+    """A client of a viewer in which nothing but `recording` is open.
+
+    The process's viewer, until a recording of the same application comes: a viewer keeps the layout of each, and would
+    show a later one in an earlier one's.
+    """
+    application = _application_of(recording)
+    if _running.client is None or application in _running.shown:
+        _running.start()
+    viewer = _running.client
+    _running.shown.add(application)
     load(viewer, recording)
     try:
         yield viewer
     finally:
         viewer.close("all")
-        viewer.run_command("ui.reset_viewer")  # it keeps an application's layout for the next recording
-        _told[:] = [entry.sequence for entry in viewer.get_logs()[-1:]]
+        _running.told = [entry.sequence for entry in viewer.get_logs()[-1:]]
+
+
+class _Running:
+    """The viewer of this process, and what it has shown."""
+
+    def __init__(self) -> None:
+        self.client: ViewerClient | None = None
+        self.shown: set[str] = set()
+        self.told: list[int] = []  # the number of the last log entry of the recordings before
+        self._ends = ExitStack()
+        atexit.register(self._ends.close)
+
+    def start(self) -> None:
+        self._ends.close()
+        self.client = self._ends.enter_context(start_viewer(SIZE))
+        self.shown, self.told = set(), []
+
+
+_running = _Running()
+
+
+def _application_of(recording: Path) -> str:
+    if recording.suffix != ".rrd":
+        return recording.suffix
+    return RrdReader(recording).recordings()[0].application_id
 
 
 def find_reports(viewer: ViewerClient) -> list[str]:
     """What any view of the open recording warns of or could not draw, and errors logged since it was opened."""
-    return picture.find_reports(viewer, *_told)
-
-
-@cache
-def _start() -> ViewerClient:
-    ends = ExitStack()
-    atexit.register(ends.close)
-    return ends.enter_context(start_viewer(SIZE))
+    return picture.find_reports(viewer, *_running.told)
 
 
 def probe() -> str | None:
