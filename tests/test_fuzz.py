@@ -1,4 +1,4 @@
-"""Fifty damaged recordings through the commands; `make fuzz` takes five hundred, with all methods."""
+"""Damaged recordings through the commands, each kind thrice; `make fuzz` takes five hundred, with all methods."""
 
 import signal
 
@@ -10,7 +10,7 @@ from tests.fuzz.mutations import KINDS, Bytes, find_records, mutate
 from tests.fuzz.original import VIEWS, find_whole, make_original
 from tests.fuzz.trial import process_undamaged, run_trial
 
-NUMBERS = range(50)
+NUMBERS = range(33)
 
 
 @pytest.fixture(scope="module")
@@ -40,15 +40,15 @@ def test_each_kind_of_damage_occurs_and_does_harm(original):
     found = [mutate(original.content, number) for number in NUMBERS]
     assert {kind for _, kinds, _ in found for kind in kinds} == set(KINDS)
     lost = [VIEWS - len(find_whole(original, damaged).views) for damaged, _, _ in found]
-    assert 5 < sum(count == 0 for count in lost) < 45
+    assert 5 < sum(count == 0 for count in lost) < len(NUMBERS) - 5
     assert {1, 2, 3} <= set(lost)
 
 
 def test_a_number_makes_the_same_damage_again(original):
     for number in NUMBERS:
-        once, again = (mutate(original.content, number)[0].values.tobytes() for _ in range(2))
-        assert once == again
-        assert once != original.content or "zeroed" in mutate(original.content, number)[2]
+        (once, _, what), (again, _, _) = (mutate(original.content, number) for _ in range(2))
+        assert np.array_equal(once.values, again.values)
+        assert once.values.tobytes() != original.content or "zeroed" in what
 
 
 def test_what_is_moved_is_whole_and_what_is_changed_is_not():

@@ -1,5 +1,7 @@
 """The error measures, by their definitions and properties."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,7 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing import errors
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.results.records import Freedom, SessionResult, ViewResult
+from orbitscan.processing.results.records import (
+    Centroid,
+    Freedom,
+    MethodResult,
+    SessionResult,
+    ViewEstimate,
+    ViewResult,
+)
 from orbitscan.recorder import poses
 from tests.geometry import bottle, random_pose, scan, sphere
 from tests.processing.scene import Scene, edge
@@ -50,7 +59,7 @@ def test_center_error_does_not_grow_with_the_cameras_distance():
 
 @pytest.fixture(scope="module")
 def stream():
-    session = scan(n_views=3)
+    session = scan(n_views=3, points=14_000)
     return session, list(process(session.views(), session.info))
 
 
@@ -91,11 +100,18 @@ def test_pairs_are_compared_with_the_true_pair(stream):
 
 
 def test_the_center_is_the_mean_of_all_points_placed_by_the_truth(stream):
-    session, results = stream
+    """A half turn about any axis through it leaves it where it is, and moves all that is not on the axis."""
+    session, (*_, last) = stream
     truth = session.truth()
     placed = [poses.transform(poses.invert(truth[0]) @ truth[v.index], v.points) for v in session.views()]
-    found = errors._center(results[-1].centroids, truth, 0)
-    assert np.allclose(found, np.concatenate(placed).mean(axis=0), atol=1e-6)
+    center = np.concatenate(placed).mean(axis=0)
+    T_0_1 = poses.invert(truth[0]) @ truth[1]
+    for axis in np.eye(3):
+        views = (ViewEstimate(0, "ok", np.eye(4)), ViewEstimate(1, "ok", turn(axis, center, np.pi) @ T_0_1))
+        (found,) = errors.with_errors([replace(last, reconstruction={"icp": MethodResult(views, ())})], truth)
+        turned = found.reconstruction["icp"].views[1].errors
+        assert turned.rotation_error_deg == pytest.approx(180)
+        assert turned.center_error_m < 2e-6
 
 
 def test_without_truth_errors_are_null_and_nothing_else_changes(stream):
@@ -125,12 +141,26 @@ def turn(axis, point, angle):
     return poses.make(R, point - R @ point)
 
 
-def of_pair(T, **declared):
-    """The errors of an estimate T_0_1 against the truth, with what it declares free."""
-    return errors._of_pair(edge(1, 0, T, CENTER, **declared), TRUTH, 0, CENTER).errors
+@pytest.fixture(scope="module")
+def judge(stream):
+    """A function that tells the errors of a pair against a truth, the object's centre in frame {0} given."""
+
+    def errors_of(pair, truth, center):
+        found = {"pairwise": MethodResult((ViewEstimate(0, "ok", np.eye(4)),), (pair,))}
+        session = replace(stream[1][-1], origin=0, centroids={0: Centroid(1, center)}, reconstruction=found)
+        (judged,) = errors.with_errors([session], truth)
+        return judged.reconstruction["pairwise"].pairs[0].errors
+
+    return errors_of
 
 
-def test_a_declared_turn_is_no_observable_error():
+@pytest.fixture(scope="module")
+def of_pair(judge):
+    """A function that tells the errors of an estimate T_0_1 against the truth, with what it declares free."""
+    return lambda T, **declared: judge(edge(1, 0, T, CENTER, **declared), TRUTH, CENTER)
+
+
+def test_a_declared_turn_is_no_observable_error(of_pair):
     axis, point = np.array([0.6, 0.8, 0]), np.array([0.01, 0.02, 0.98])
     off = turn(axis, point, 2.0) @ TRUTH[1]
     found = of_pair(off, freedoms=(Freedom("turn", axis, point),))
@@ -143,7 +173,7 @@ def test_a_declared_turn_is_no_observable_error():
     assert undeclared.center_error_m_observable == undeclared.center_error_m
 
 
-def test_only_what_is_declared_is_granted():
+def test_only_what_is_declared_is_granted(of_pair):
     axis, across, point = np.array([0, 1.0, 0]), np.array([1.0, 0, 0]), CENTER
     freedom = (Freedom("turn", axis, point),)
     off = turn(axis, point, 1.0) @ turn(across, point, np.radians(3)) @ TRUTH[1]
@@ -154,7 +184,7 @@ def test_only_what_is_declared_is_granted():
     assert of_pair(turn(axis, point, 1.0) @ TRUTH[1], freedoms=wrong_axis).rotation_error_deg_observable > 50
 
 
-def test_a_declared_shift_is_no_observable_error():
+def test_a_declared_shift_is_no_observable_error(of_pair):
     axis = np.array([0, 0.6, 0.8])
     off = poses.make(np.eye(3), 0.05 * axis) @ TRUTH[1]
     found = of_pair(off, freedoms=(Freedom("shift", axis, CENTER),))
@@ -162,7 +192,7 @@ def test_a_declared_shift_is_no_observable_error():
     assert found.center_error_m_observable < 1e-9
 
 
-def test_the_nearest_alternative_counts():
+def test_the_nearest_alternative_counts(of_pair):
     half = turn(np.array([0, 1.0, 0]), CENTER, np.pi) @ TRUTH[1]
     other = turn(np.array([0, 1.0, 0]), CENTER, 1.0) @ TRUTH[1]
     found = of_pair(half, alternatives=(other, TRUTH[1]))
@@ -173,11 +203,11 @@ def test_the_nearest_alternative_counts():
 
 
 @pytest.mark.parametrize(("surface", "raw_deg"), [(bottle, 5), (sphere, 5)])
-def test_what_a_scan_leaves_open_is_all_that_is_wrong_with_a_pair(surface, raw_deg):
-    scene = Scene(scan(n_views=2, surface=surface))
-    pair = scene.steps.register_unguided(scene.views[1], scene.views[0])
+def test_what_a_scan_leaves_open_is_all_that_is_wrong_with_a_pair(surface, raw_deg, judge):
+    scene = Scene(scan(n_views=2, surface=surface, points=10_000))
+    pair = scene.register(scene.views[1], scene.views[0])
     center = poses.invert(scene.truth[0])[:3, 3]
-    found = errors._of_pair(pair, scene.truth, 0, center).errors
+    found = judge(pair, scene.truth, center)
     assert found.rotation_error_deg > raw_deg
     assert found.rotation_error_deg_observable < 0.5
     assert found.center_error_m_observable < 0.001

@@ -27,6 +27,8 @@ SMALL = TrainingSettings(
     structure="C(8,3)-P(2)-FC(3)", epochs=4, batch=16, epoch_views=200, voxels=VoxelSettings(8, "density", 0.005)
 )
 
+SHORT = replace(SMALL, epochs=2, epoch_views=48)
+
 
 @pytest.fixture(scope="module")
 def views():
@@ -36,6 +38,18 @@ def views():
 def run(views, settings=SMALL, **options):
     *records, model = train(views, split_views(views, "last", "last"), settings, **options)
     return records, model
+
+
+@pytest.fixture(scope="module")
+def whole(views):
+    """The records and the model of a training that nothing stopped, for all tests."""
+    return run(views)
+
+
+@pytest.fixture(scope="module")
+def short(views):
+    """The model of a training of two short epochs."""
+    return run(views, SHORT)[1]
 
 
 def assert_same_weights(a, b):
@@ -62,60 +76,58 @@ def test_it_learns_and_says_how_well(views):
 
 
 def test_the_seed_decides(views):
-    assert_same_weights(run(views, seed=3)[1], run(views, seed=3)[1])
-    assert not torch.equal(
-        run(views, seed=3)[1].weights["categories.weight"], run(views, seed=4)[1].weights["categories.weight"]
-    )
+    one, again, other = (run(views, SHORT, seed=seed)[1] for seed in (3, 3, 4))
+    assert_same_weights(one, again)
+    assert not torch.equal(one.weights["categories.weight"], other.weights["categories.weight"])
 
 
-def test_a_training_that_was_stopped_ends_as_if_it_had_not_been(views, tmp_path):
-    records, whole = run(views)
+def test_a_training_that_was_stopped_ends_as_if_it_had_not_been(views, whole, tmp_path):
+    records, model = whole
     state = tmp_path / "state"
     stopped = train(views, split_views(views, "last", "last"), SMALL, state=state)
     before = [next(stopped), next(stopped)]
     stopped.close()
     resumed_records, resumed = run(views, state=state)
     assert [vars(record) for record in resumed_records[:2]] == [vars(record) for record in before]  # even the speeds
-    assert_same_weights(whole, resumed)
-    assert resumed.calibration == whole.calibration
+    assert_same_weights(model, resumed)
+    assert resumed.calibration == model.calibration
     for a, b in zip(records, resumed_records, strict=True):
         assert replace(a, views_per_second=0).__dict__ == replace(b, views_per_second=0).__dict__
 
 
-def test_the_state_of_another_training_or_a_cut_one_is_not_gone_on_from(views, tmp_path):
-    _, whole = run(views)
+def test_the_state_of_another_training_or_a_cut_one_is_not_gone_on_from(views, short, tmp_path):
     state = tmp_path / "state"
     others = gather(toys.sessions(instances=6))
     for another in (
-        lambda: run(views, seed=2, state=state),
-        lambda: run(views, replace(SMALL, batch=8), state=state),
-        lambda: run(others, state=state),
-        lambda: list(train(views, split_views(views, "last", "2"), SMALL, state=state)),
-        lambda: list(train(views, split_views(views, "2", "last"), SMALL, state=state)),
+        lambda: run(views, SHORT, seed=2, state=state),
+        lambda: run(views, replace(SHORT, batch=8), state=state),
+        lambda: run(others, SHORT, state=state),
+        lambda: list(train(views, split_views(views, "last", "2"), SHORT, state=state)),
+        lambda: list(train(views, split_views(views, "2", "last"), SHORT, state=state)),
         lambda: state.write_bytes(state.read_bytes()[:500]),
         lambda: state.write_bytes(b"something else"),
         lambda: torch.save({"something": "else"}, state),
     ):
         another()
         content = state.read_bytes()
-        assert_same_weights(run(views, state=state)[1], whole)
+        assert_same_weights(run(views, SHORT, state=state)[1], short)
         assert state.read_bytes() != content
 
 
 def test_a_flipped_bit_in_the_state_is_noticed(views, tmp_path):
     state = tmp_path / "state"
-    _, whole = run(views, state=state)
+    _, whole = run(views, SHORT, state=state)
     damaged = bytearray(state.read_bytes())
     weights = whole.weights["categories.weight"].numpy().tobytes()
     damaged[damaged.index(weights) + 2] ^= 64
     state.write_bytes(damaged)
-    assert_same_weights(run(views, state=state)[1], whole)
+    assert_same_weights(run(views, SHORT, state=state)[1], whole)
 
 
 def test_a_training_that_was_whole_gives_its_model_again(views, tmp_path):
     state = tmp_path / "state"
-    records, whole = run(views, state=state)
-    again, model = run(views, state=state)
+    records, whole = run(views, SHORT, state=state)
+    again, model = run(views, SHORT, state=state)
     assert_same_weights(model, whole)
     assert [vars(record) for record in again] == [vars(record) for record in records]  # not even their speeds differ
     assert (model.calibration, model.metrics) == (whole.calibration, whole.metrics)

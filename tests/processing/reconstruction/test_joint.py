@@ -44,7 +44,7 @@ def statuses(found):
 @pytest.fixture(scope="module")
 def arc():
     """Seven views, 25 degrees from one to the next."""
-    return scan(n_views=7, step_deg=25, points=12_000)
+    return scan(n_views=7, step_deg=25, points=8_000)
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_a_broken_pair_in_the_middle_is_bridged(arc):
 
 
 def test_a_view_that_fits_nowhere_is_not_connected_and_harms_nothing(arc):
-    other = scan(n_views=1, surface=bottle, points=12_000).load(0)
+    other = scan(n_views=1, surface=bottle, points=8_000).load(0)
     session = rearranged(arc, range(5), {2: other})
     found = run(session)["refined"]
     assert statuses(found) == ["ok", "ok", "not_connected", "ok", "ok"]
@@ -100,7 +100,7 @@ def test_a_view_that_fits_nowhere_is_not_connected_and_harms_nothing(arc):
 
 
 def test_a_full_circle_is_closed():
-    session = scan(n_views=12, step_deg=30, points=8_000)
+    session = scan(n_views=12, step_deg=30, points=6_000)
     found = run(session)
     assert statuses(found["refined"]) == ["ok"] * 12
     assert found["refined"].loop_closed
@@ -111,15 +111,15 @@ def test_a_full_circle_is_closed():
 
 
 def test_a_short_arc_is_no_loop_however_far_apart_its_views_are_joined():
-    found = run(scan(n_views=4, step_deg=20, points=8_000))["refined"]
+    found = run(scan(n_views=4, step_deg=20, points=6_000))["refined"]
     assert max(abs(p.source - p.target) for p in found.pairs) == 3
     assert not found.loop_closed
 
 
 def test_a_bottles_views_are_ambiguous_about_its_axis():
-    session = scan(n_views=4, step_deg=20, surface=bottle, points=12_000)
+    session = scan(n_views=3, step_deg=20, surface=bottle, points=6_000)
     found = run(session)["refined"]
-    assert statuses(found) == ["ok", "ambiguous", "ambiguous", "ambiguous"]
+    assert statuses(found) == ["ok", "ambiguous", "ambiguous"]
     (freedom,) = found.freedoms
     T_0_object = poses.invert(session.truth()[0])
     assert freedom.kind == "turn"
@@ -164,7 +164,7 @@ def test_only_views_that_nothing_connects_are_registered_anew(ready):
 
     def register(source, target):
         asked.append((source.view, target.view))
-        return ready.steps.register_unguided(source, target)
+        return ready.register(source, target)
 
     found = jointly(ready, [exact(ready, 1, 0), exact(ready, 3, 1)], register)
     assert {source for source, _ in asked} == {2}

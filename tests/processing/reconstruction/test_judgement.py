@@ -99,9 +99,7 @@ def test_poses_that_do_not_meet_agree_in_nothing(scene):
 
 
 def test_without_sensors_nothing_contradicts(scene):
-    info = replace(scene.session.info, sensor_origin=None)
-    blind = scene.steps.__class__(**{**vars(scene.steps), "info": info})
-    views = [blind.prepare(scene.session.load(i)) for i in (0, 1)]
+    views = [scene.prepare(scene.session.load(i), sensor_origin=None) for i in (0, 1)]
     found = judge(shifted(scene, scene.T(0, 1), "x", 0.03), views[1], views[0], HOW)
     assert (found.violations, found.unseen) == (0.0, 0.0)
     assert judge(scene.T(0, 1), views[1], views[0], HOW).score > 0.7
@@ -111,8 +109,7 @@ def test_without_sensors_nothing_contradicts(scene):
 def test_frames_do_not_matter(scene, frame):
     M = random_pose(np.random.default_rng(frame))
     moved = replace(scene.session.load(1), points=poses.transform(M, scene.session.load(1).points).astype(np.float32))
-    info = replace(scene.session.info, sensor_origin=tuple(M[:3, 3]))
-    source = scene.steps.__class__(**{**vars(scene.steps), "info": info}).prepare(moved)
+    source = scene.prepare(moved, sensor_origin=tuple(M[:3, 3]))
     before = judge(scene.T(0, 1), scene.views[1], scene.views[0], HOW)
     after = judge(scene.T(0, 1) @ poses.invert(M), source, scene.views[0], HOW)
     assert after.score == pytest.approx(before.score, abs=0.02)

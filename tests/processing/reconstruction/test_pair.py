@@ -25,7 +25,7 @@ def scene():
 @pytest.fixture(scope="module")
 def found(scene):
     """The matches of the first two views."""
-    return scene.steps.correspond(scene.views[1], scene.views[0])
+    return scene.correspond(scene.views[1], scene.views[0])
 
 
 def error_deg(scene, pair):
@@ -85,8 +85,8 @@ def test_the_thesis_starts_at_the_consensus_and_the_baseline_at_the_identity(sce
 def test_an_unknown_start_is_found_by_the_features(scene, seed):
     view = scene.session.load(1)
     T = random_pose(np.random.default_rng(seed), shift=0)
-    turned = scene.steps.prepare(replace(view, points=poses.transform(T, view.points).astype(np.float32)))
-    matches = scene.steps.correspond(turned, scene.views[0])
+    turned = scene.prepare(replace(view, points=poses.transform(T, view.points).astype(np.float32)))
+    matches = scene.correspond(turned, scene.views[0])
     pair = register_competing(turned, scene.views[0], matches, None, HOW)
     assert pair.status == "ok"
     assert pair.candidates[0].start != "identity"
@@ -164,7 +164,7 @@ def test_without_a_consensus_the_thesis_has_no_estimate_and_we_look_again(scene,
 def test_views_that_do_not_meet_are_not_called_right(scene):
     view, rng = scene.session.load(1), np.random.default_rng(0)
     points = (blob(rng, 8000)[0] + [0, 0, 3]).astype(np.float32)
-    elsewhere = scene.steps.prepare(replace(view, points=points))
+    elsewhere = scene.prepare(replace(view, points=points))
     pair = register_from({"identity": np.eye(4)}, elsewhere, scene.views[0], PairSettings())
     assert pair.status in ("low_overlap", "diverged")
     assert pair.confidence < 0.2
@@ -187,19 +187,19 @@ def test_a_wrong_start_is_not_called_right(scene):
 
 def test_there_and_back_are_one_pair(scene):
     target, source, _ = scene.views
-    there = scene.steps.register_unguided(source, target)
-    back = scene.steps.register_unguided(target, source)
+    there = scene.register(source, target)
+    back = scene.register(target, source)
     assert there.status == back.status == "ok"
     assert degrees(there.T_target_source, poses.invert(back.T_target_source)) < 0.15
 
 
 def test_a_bottle_is_ambiguous_about_its_axis_and_a_plane_every_way():
-    round_about = Scene(scan(n_views=2, surface=bottle))
-    pair = round_about.steps.register_unguided(round_about.views[1], round_about.views[0])
+    round_about = Scene(scan(n_views=2, surface=bottle, points=8_000))
+    pair = round_about.register(round_about.views[1], round_about.views[0])
     assert pair.status == "ambiguous"
     assert [freedom.kind for freedom in pair.freedoms] == ["turn"]
-    flat = Scene(scan(n_views=2, surface=plane))
-    pair = flat.steps.register_unguided(flat.views[1], flat.views[0])
+    flat = Scene(scan(n_views=2, surface=plane, points=8_000))
+    pair = flat.register(flat.views[1], flat.views[0])
     assert pair.status != "ok"
 
 
@@ -213,11 +213,11 @@ def test_the_estimate_says_how_well_it_is_known(scene, found):
 @pytest.mark.parametrize("step_deg", [20.0, -20.0])
 def test_a_known_step_settles_a_bottles_turn(step_deg):
     """Whichever way the camera goes round; views may be several steps apart."""
-    scene = Scene(scan(n_views=3, step_deg=step_deg, surface=bottle))
+    scene = Scene(scan(n_views=3, step_deg=step_deg, surface=bottle, points=8_000))
     told = replace(HOW, step_deg=step_deg)
     for source, target in ((1, 0), (2, 0), (0, 1)):
         views = scene.views[source], scene.views[target]
-        pair = register_competing(*views, scene.steps.correspond(*views), None, told)
+        pair = register_competing(*views, scene.correspond(*views), None, told)
         assert (pair.status, pair.start) == ("ok", "step")
         assert pair.freedoms == ()
         assert error_deg(scene, pair) < 0.5

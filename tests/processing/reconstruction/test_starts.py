@@ -22,7 +22,7 @@ def turned(scene, seed):
     """The second view from a sensor frame turned at random, and its true pose in the first."""
     T = random_pose(np.random.default_rng(seed), shift=0)
     view = scene.session.load(1)
-    prepared = scene.steps.prepare(replace(view, points=poses.transform(T, view.points).astype(np.float32)))
+    prepared = scene.prepare(replace(view, points=poses.transform(T, view.points).astype(np.float32)))
     return prepared, scene.T(0, 1) @ poses.invert(T)
 
 
@@ -34,7 +34,7 @@ def displaced(T, source):
 @pytest.mark.parametrize("seed", range(4))
 def test_a_right_start_is_proposed_for_a_view_turned_at_random(scene, seed):
     source, T = turned(scene, seed)
-    found = propose(source, scene.views[0], scene.steps.correspond(source, scene.views[0]).indices, HOW)
+    found = propose(source, scene.views[0], scene.correspond(source, scene.views[0]).indices, HOW)
     near = [
         degrees(start, T) < 12 and np.linalg.norm(displaced(start, source) - displaced(T, source)) < 0.02
         for start in found
@@ -45,7 +45,7 @@ def test_a_right_start_is_proposed_for_a_view_turned_at_random(scene, seed):
 
 def test_starts_are_rigid_and_differ(scene):
     source, target = scene.views[1], scene.views[0]
-    found = propose(source, target, scene.steps.correspond(source, target).indices, HOW)
+    found = propose(source, target, scene.correspond(source, target).indices, HOW)
     assert np.allclose(found[:, :3, :3] @ found[:, :3, :3].transpose(0, 2, 1), np.eye(3), atol=1e-6)
     assert np.allclose(np.linalg.det(found[:, :3, :3]), 1)
     places = displaced(found, source)
@@ -94,9 +94,7 @@ def test_a_few_points_prefer_the_truth(scene):
 
 
 def test_without_a_sensor_only_the_surface_counts(scene):
-    info = replace(scene.session.info, sensor_origin=None)
-    blind = scene.steps.__class__(**{**vars(scene.steps), "info": info})
-    source, target = (blind.prepare(scene.session.load(i)) for i in (1, 0))
+    source, target = (scene.prepare(scene.session.load(i), sensor_origin=None) for i in (1, 0))
     assert target.range_image is None
     score = screen(np.array([scene.T(0, 1), poses.make(np.eye(3), [5.0, 0, 0])]), source, target, HOW)
     assert score[0] > 0.9

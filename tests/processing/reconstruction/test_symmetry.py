@@ -1,5 +1,7 @@
 """Motions that views cannot determine: named with the right axis where there are any, and only there."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -24,7 +26,7 @@ class Object(Scene):
     """Two views of a scanned surface, and where its z axis and middle are in the first one."""
 
     def __init__(self, surface, noise, seed=0):
-        super().__init__(scan(n_views=2, step_deg=20, noise=noise, surface=surface, seed=seed))
+        super().__init__(scan(n_views=2, step_deg=20, noise=noise, surface=surface, seed=seed, points=12_000))
         self.source, self.target = self.views[1], self.views[0]
         T_camera_object = poses.invert(self.truth[0])
         self.z, self.middle = T_camera_object[:3, 2], T_camera_object[:3, 3]
@@ -45,10 +47,16 @@ class Object(Scene):
         return np.linalg.norm(np.cross(self.middle - freedom.point, freedom.axis))
 
 
+@cache
+def views_of(surface, noise=0.0005, seed=0):
+    """The same object for all tests, which change nothing of it."""
+    return Object(surface, noise, seed)
+
+
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize(("surface", "free"), [(sphere, 3), (cylinder, 2), (plane, 3), (bottle, 1), (blob, 0)])
 def test_information_tells_how_many_motions_are_free(surface, free, noise):
-    information = [motion.information for motion in Object(surface, noise).motions()]
+    information = [motion.information for motion in views_of(surface, noise).motions()]
     assert len(information) == 6
     assert (np.diff(information) >= 0).all()
     assert all(np.abs(value) < HOW.suspicious / 2 for value in information[:free])
@@ -58,7 +66,7 @@ def test_information_tells_how_many_motions_are_free(surface, free, noise):
 
 @pytest.mark.parametrize("noise", NOISES)
 def test_a_sphere_turns_about_its_middle_every_way(noise):
-    found = Object(sphere, noise)
+    found = views_of(sphere, noise)
     freedoms = found.freedoms()
     assert [f.kind for f in freedoms] == ["turn"] * 3
     assert max(found.off_the_line(f) for f in freedoms) < 0.001
@@ -67,7 +75,7 @@ def test_a_sphere_turns_about_its_middle_every_way(noise):
 
 @pytest.mark.parametrize("noise", NOISES)
 def test_a_bottle_turns_about_its_axis(noise):
-    found = Object(bottle, noise)
+    found = views_of(bottle, noise)
     (freedom,) = found.freedoms()
     assert freedom.kind == "turn"
     assert abs(freedom.axis @ found.z) > ONE_DEGREE
@@ -77,7 +85,7 @@ def test_a_bottle_turns_about_its_axis(noise):
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("seed", range(2))
 def test_a_cylinder_turns_about_its_axis_and_shifts_only_along_it(noise, seed):
-    found = Object(cylinder, noise, seed)
+    found = views_of(cylinder, noise, seed)
     freedoms = found.freedoms()
     turns = [f for f in freedoms if f.kind == "turn"]
     assert len(turns) == 1
@@ -89,7 +97,7 @@ def test_a_cylinder_turns_about_its_axis_and_shifts_only_along_it(noise, seed):
 
 @pytest.mark.parametrize("noise", NOISES)
 def test_a_plane_turns_about_its_normal_and_shifts_across(noise):
-    found = Object(plane, noise)
+    found = views_of(plane, noise)
     freedoms = found.freedoms()
     assert len(freedoms) == 3
     for freedom in freedoms:
@@ -100,17 +108,17 @@ def test_a_plane_turns_about_its_normal_and_shifts_across(noise):
 @pytest.mark.parametrize("noise", NOISES)
 @pytest.mark.parametrize("seed", range(2))
 def test_what_has_no_symmetry_has_no_freedom(noise, seed):
-    assert Object(blob, noise, seed).freedoms() == ()
+    assert views_of(blob, noise, seed).freedoms() == ()
 
 
 def test_views_that_do_not_meet_have_no_motions():
-    found = Object(blob, 0.0005)
+    found = views_of(blob)
     far = poses.make(np.eye(3), [9.0, 0, 0])
     assert weak_motions(far, found.source.surface.surfels, found.target, 0.01) == []
 
 
 def test_a_motion_is_rigid_and_as_large_as_it_says():
-    for motion in Object(blob, 0.0005).motions():
+    for motion in views_of(blob).motions():
         size = motion.size(np.radians(5), 0.01)
         D = motion.pose(size)
         assert np.allclose(D[:3, :3] @ D[:3, :3].T, np.eye(3))
@@ -123,7 +131,7 @@ def test_a_motion_is_rigid_and_as_large_as_it_says():
 
 
 def test_poses_about_a_bottle_are_turned_about_its_axis():
-    found = Object(bottle, 0.0005)
+    found = views_of(bottle)
     T = found.T(0, 1)
     around = turned_around(T, found.motions(), found.source, found.target, SETTINGS.pair.proposals, HOW)
     assert 0 < len(around) <= HOW.around_most
@@ -136,7 +144,7 @@ def test_poses_about_a_bottle_are_turned_about_its_axis():
 
 def test_which_of_two_weak_motions_comes_first_does_not_show_in_the_poses_about_them():
     """A can turns about its axis and slides along it: whichever is the weaker, the turns are looked at."""
-    found = Object(cylinder, 0.0005)
+    found = views_of(cylinder)
     T, motions = found.T(0, 1), found.motions()
     for ordered in (motions, [motions[1], motions[0], *motions[2:]]):
         around = turned_around(T, ordered, found.source, found.target, SETTINGS.pair.proposals, HOW)
@@ -146,6 +154,6 @@ def test_which_of_two_weak_motions_comes_first_does_not_show_in_the_poses_about_
 
 
 def test_nothing_is_turned_where_nothing_is_weak():
-    found = Object(blob, 0.0005)
+    found = views_of(blob)
     firm = [motion for motion in found.motions() if motion.information > HOW.suspicious]
     assert turned_around(np.eye(4), firm, found.source, found.target, SETTINGS.pair.proposals, HOW) == {}

@@ -108,16 +108,37 @@ SECONDS = {"SHOT": 20.0, "FPFH": 30.0, "PFH": 600.0, "ESF": 10.0, descriptors.SA
 
 
 @pytest.fixture
-def report(monkeypatch, tmp_path):
-    fakes.stub(monkeypatch, initialisations, [0.9, 0.9, 0.9, 0.7])
-    runs = {
-        name: [
-            {"accuracy": level + 0.01 * (i % 2), "seconds": SECONDS[name], "known": 200, "tested": 95} for i in range(4)
-        ]
-        for name, level in ACCURACY.items()
-    }
-    monkeypatch.setattr(descriptors, "_match_all", lambda plan: runs)
-    return descriptors.compare_descriptors(Plan(tmp_path, runs=4))
+def compare(sessions, found, monkeypatch, tmp_path):
+    """A function that makes the table of runs nobody did: `result` tells what a task reaches."""
+
+    def compare(result, runs):
+        def keep(plan, work, tasks, what):
+            assert work is run_once
+            return [result(task) for task in tasks]
+
+        fakes.stub(monkeypatch, initialisations, [0.9, 0.9, 0.9, 0.7])
+        monkeypatch.setattr(data, "provide", lambda plan: found)
+        monkeypatch.setattr(data, "open_circles", lambda plan: sessions)
+        monkeypatch.setattr(descriptors, "keep", keep)
+        return descriptors.compare_descriptors(Plan(tmp_path, runs=runs))
+
+    return compare
+
+
+def name_of(task):
+    """The row of the table that a task is of."""
+    if isinstance(task, Matching):
+        return task.kind.upper()
+    return {"all": descriptors.SAME, "known": descriptors.CONTROL}[task.learns]
+
+
+@pytest.fixture
+def report(compare):
+    def result(task):
+        accuracy = ACCURACY[name_of(task)] + 0.01 * (task.seed % 2)
+        return {"accuracy": accuracy, "seconds": SECONDS[name_of(task)], "known": 200, "tested": 95}
+
+    return compare(result, runs=4)
 
 
 def test_the_table_has_the_thesis_rows_and_two_controls(report):
@@ -146,19 +167,15 @@ def test_the_orders_of_the_thesis_are_claims(report):
     assert report.said[-1].startswith("From fast to slow: ESF, SHOT, FPFH, PFH; in the thesis: ESF, SHOT, FPFH, PFH.")
 
 
-def test_runs_go_to_the_classifier_they_are_of(sessions, found, monkeypatch, tmp_path):
-    monkeypatch.setattr(data, "provide", lambda plan: found)
-    monkeypatch.setattr(data, "open_circles", lambda plan: sessions)
+def test_runs_go_to_the_classifier_they_are_of(compare):
+    asked = []
 
-    def keep(plan, work, tasks, what):
-        assert work is run_once
-        return [{"seed": task.seed, "of": getattr(task, "kind", None) or task.learns} for task in tasks]
+    def result(task):
+        asked.append((name_of(task), task.seed))
+        return {"accuracy": list(ACCURACY).index(name_of(task)) / 10, "seconds": 1.0, "known": 200, "tested": 95}
 
-    monkeypatch.setattr(descriptors, "keep", keep)
-    runs = descriptors._match_all(Plan(tmp_path, runs=3))
-    assert {name: {run["of"] for run in found} for name, found in runs.items()} == {
-        **{kind.upper(): {kind} for kind in descriptors.THESIS},
-        descriptors.SAME: {"all"},
-        descriptors.CONTROL: {"known"},
-    }
-    assert all([run["seed"] for run in found] == [0, 1, 2] for found in runs.values())
+    rows = compare(result, runs=3).rows[4:]
+    assert {row["classifier"]: row["accuracy_percent"] for row in rows} == pytest.approx(
+        {name: 10.0 * i for i, name in enumerate(ACCURACY)}
+    )
+    assert sorted(asked) == sorted((name, seed) for name in ACCURACY for seed in range(3))

@@ -1,6 +1,8 @@
 """The index holds every study of a folder, needs nothing outside it, and says what holds before all else."""
 
 import json
+import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 from urllib.parse import unquote
 
@@ -64,15 +66,19 @@ def draw():
     return figure
 
 
-@pytest.fixture
-def plan(tmp_path):
-    """A folder with three studies: one with claims, one with curves of training, one of registration with a model."""
-    plan = Plan(tmp_path / "rep", runs=2)
+@pytest.fixture(scope="module")
+def indexed(tmp_path_factory):
+    """A folder with three studies: one with claims, one with curves of training, one of registration with a model.
+
+    And its index. Tests that change something take `plan`, a copy.
+    """
+    home = tmp_path_factory.mktemp("reproduction")
+    plan = Plan(home / "rep", runs=2)
     rows = [{"init": n, "loss": 2.0383, "thesis_loss": 0.2866, "seconds": 8} for n in ("<i>PCA</i>", "ZCA")]
     write(
         Report("table-5.4", "Four", rows, ["Best: PCA.", *CLAIMS], {"table-5.4": draw()}, {"epochs": [1, 2]}),
         plan,
-        f"orbitscan reproduce table-5.4 -o {tmp_path / 'rep'}",
+        f"orbitscan reproduce table-5.4 -o {home / 'rep'}",
     )
     steps = [{"init": init, "step": step, "loss": 10.0 - step} for init in "ab" for step in range(1, 10)]
     write(Report("figure-5.2", "Curves", steps, ["Best: a."], {"figure-5.2": draw()}), plan, "orbitscan reproduce all")
@@ -82,7 +88,14 @@ def plan(tmp_path):
     for circle in ("bin-sparse-18-seed-0", "bin-dense-250-seed-0", "bin-sparse-18-seed-1"):
         leave_results(plan.folder / "registration" / "icp" / circle, ["icp"])
         leave_results(plan.folder / "registration" / "ours" / circle, ["pairwise", "refined"])
+    write_index(plan)
     return plan
+
+
+@pytest.fixture
+def plan(indexed, tmp_path):
+    shutil.copytree(indexed.folder, tmp_path / "rep")
+    return replace(indexed, folder=tmp_path / "rep")
 
 
 def leave_results(folder, methods):
@@ -95,13 +108,12 @@ def leave_results(folder, methods):
     (folder / "errors.csv").write_text("\n".join(lines) + "\n")
 
 
-@pytest.fixture
-def page(plan):
-    path, _ = write_index(plan)
-    return Page(path.read_text(encoding="utf-8"))
+@pytest.fixture(scope="module")
+def page(indexed):
+    return Page((indexed.folder / "index.html").read_text(encoding="utf-8"))
 
 
-def test_the_page_needs_nothing_outside_its_folder(plan, page):
+def test_the_page_needs_nothing_outside_its_folder(indexed, page):
     assert not {"script", "link", "iframe"} & {tag for tag, _ in page.tags}
     assert len(page.all("img", "src")) == 3
     assert all(source.startswith("data:image/png;base64,") for source in page.all("img", "src"))
@@ -109,7 +121,7 @@ def test_the_page_needs_nothing_outside_its_folder(plan, page):
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
     for link in page.all("a", "href"):
-        assert link[1:] in ids if link.startswith("#") else (plan.folder / unquote(link)).is_file(), link
+        assert link[1:] in ids if link.startswith("#") else (indexed.folder / unquote(link)).is_file(), link
 
 
 def test_the_claims_come_first_with_their_verdicts(page):
@@ -145,19 +157,19 @@ def test_studies_are_in_the_thesis_s_order_and_missing_ones_told(page):
     ]
 
 
-def test_what_was_run_is_told_once_and_where_it_differs(plan, page):
-    facts = state_facts(read_studies(plan.folder))
+def test_what_was_run_is_told_once_and_where_it_differs(indexed, page):
+    facts = state_facts(read_studies(indexed.folder))
     assert facts["Share of the thesis's views"] == [("1", ""), ("0.5", "Figure 5.9")]
     assert facts["Seeds"] == [("0, 1", "")]
     assert "0.5 in Figure 5.9" in page.text
     assert "epochs" in page.text
 
 
-def test_no_output_tells_where_the_folder_is(plan, tmp_path):
-    page, recording = write_index(plan)
-    assert str(tmp_path) not in page.read_text(encoding="utf-8")
-    for chunk in RrdReader(recording).stream():
-        assert str(tmp_path) not in str(chunk.to_record_batch().to_pydict())
+def test_no_output_tells_where_the_folder_is(indexed):
+    home = str(indexed.folder.parent)
+    assert home not in (indexed.folder / "index.html").read_text(encoding="utf-8")
+    for chunk in RrdReader(indexed.folder / "reproduction.rrd").stream():
+        assert home not in str(chunk.to_record_batch().to_pydict())
 
 
 def test_a_command_is_told_without_the_folders_of_its_paths():
@@ -168,10 +180,9 @@ def test_a_command_is_told_without_the_folders_of_its_paths():
     assert "/home" not in shorten_command("orbitscan reproduce all -o /home/o'neill/rep")
 
 
-def test_the_recording_holds_figures_curves_and_models(plan):
-    _, recording = write_index(plan)
+def test_the_recording_holds_figures_curves_and_models(indexed):
     columns = {}
-    for chunk in RrdReader(recording).stream():
+    for chunk in RrdReader(indexed.folder / "reproduction.rrd").stream():
         columns.setdefault(chunk.entity_path, set()).update(chunk.to_record_batch().schema.names)
     held = [name for names in columns.values() for name in names]
     assert held.count("EncodedImage:blob") == 3
@@ -180,8 +191,8 @@ def test_the_recording_holds_figures_curves_and_models(plan):
     assert [path.partition("/models/")[2] for path in sorted(models)] == ["bin-sparse-18/icp", "bin-sparse-18/ours"]
 
 
-def test_frames_of_the_first_run_are_read_by_circle_and_method(plan):
-    rows = read_frames(plan.folder)
+def test_frames_of_the_first_run_are_read_by_circle_and_method(indexed):
+    rows = read_frames(indexed.folder)
     assert {(row["circle"], row["method"]) for row in rows} == {
         (circle, method) for circle in ("bin-sparse-18", "bin-dense-250") for method in ("icp", "pairwise", "refined")
     }
@@ -190,9 +201,9 @@ def test_frames_of_the_first_run_are_read_by_circle_and_method(plan):
     assert [row["rotation_error_chordal"] for row in rows if row["view"] == 14] == [None] * 6
 
 
-def test_models_stand_upright(plan):
+def test_models_stand_upright(indexed):
     """What is straight up from a camera that looks down by 30 degrees is along z."""
-    (models,) = read_models(plan.folder).values()
+    (models,) = read_models(indexed.folder).values()
     assert list(models) == ["icp", "ours"]
     np.testing.assert_allclose(models["ours"][0], [[0, 0, 1]], atol=1e-6)
 
@@ -202,9 +213,9 @@ def test_without_a_registration_there_are_no_frames_and_no_models(tmp_path):
     assert read_models(tmp_path) == {}
 
 
-def test_the_same_studies_make_the_same_page(plan):
-    pages = [write_index(plan)[0].read_bytes() for _ in range(2)]
-    assert pages[0] == pages[1]
+def test_the_same_studies_make_the_same_page(plan, indexed):
+    page, _ = write_index(plan)
+    assert page.read_bytes() == (indexed.folder / "index.html").read_bytes()
     assert not list(plan.folder.glob("*.part"))
 
 

@@ -21,10 +21,10 @@ from orbitscan.recorder.sources.virtual import simulate
 
 @pytest.fixture
 def robot(monkeypatch):
-    """Six views of one small object instead of all."""
+    """Five views of one small object instead of all."""
     for module in (registration_runs, registration, registration_errors, models):
-        monkeypatch.setattr(module, "OBJECTS", {"robot": 200.0})
-    monkeypatch.setattr(registration_runs, "FEW", 6)
+        monkeypatch.setattr(module, "OBJECTS", {"robot": 120.0})
+    monkeypatch.setattr(registration_runs, "FEW", 5)
     monkeypatch.setattr(registration_runs, "CIRCLE", 60)
 
 
@@ -48,17 +48,23 @@ def test_a_view_has_about_the_thesis_s_points():
 
 @pytest.mark.usefixtures("robot", "open3d")
 def test_a_circle_is_recorded_again_where_its_making_changed(tmp_path, monkeypatch):
-    circle, path = Circle("robot", 2), tmp_path / "robot.mcap"
-    registration_runs._record(circle, path)
-    first, stamp = path.read_bytes(), path.stat().st_mtime_ns
-    registration_runs._record(circle, path)
-    assert path.stat().st_mtime_ns == stamp
+    monkeypatch.setattr(registration_runs, "FEW", 2)
+    monkeypatch.setattr(registration_runs, "WAYS", ())
+    monkeypatch.setattr(registration_runs, "METHODS", {})
+    plan, path = Plan(tmp_path, runs=1, fraction=0.01), tmp_path / "circles" / "robot-sparse-2-seed-0.mcap"
+
+    def record():
+        assert run_all(plan) == []
+        return path.read_bytes(), path.stat().st_mtime_ns
+
+    first, stamp = record()
+    assert record() == (first, stamp)
     path.with_suffix(".json").unlink()
-    registration_runs._record(circle, path)
-    assert path.read_bytes() == first
-    monkeypatch.setattr(registration_runs, "OBJECTS", {"robot": 100.0})
-    registration_runs._record(circle, path)
-    assert len(path.read_bytes()) < len(first)
+    again, later = record()
+    assert again == first
+    assert later > stamp
+    monkeypatch.setattr(registration_runs, "OBJECTS", {"robot": 60.0})
+    assert len(record()[0]) < len(first)
 
 
 @pytest.mark.usefixtures("robot", "open3d")
@@ -69,8 +75,8 @@ def test_all_methods_are_run_once_and_read_back(tmp_path):
     sparse = {run.method: run for run in runs if not run.circle.dense}
     assert max(sparse["refined"].errors("rotation_error_chordal")) < 0.05
     assert sparse["icp"].seconds["registration"] > 0
-    recorded = mcap_file.read(tmp_path / "circles" / "robot-dense-6-seed-0.mcap")
-    assert (recorded.info.views, recorded.info.views_per_turn, len(recorded.truth())) == (6, 60, 6)
+    recorded = mcap_file.read(tmp_path / "circles" / "robot-dense-5-seed-0.mcap")
+    assert (recorded.info.views, recorded.info.views_per_turn, len(recorded.truth())) == (5, 60, 5)
     written = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()}
     again = run_all(plan)
     assert [run.seconds for run in again] == [run.seconds for run in runs]
@@ -80,12 +86,12 @@ def test_all_methods_are_run_once_and_read_back(tmp_path):
     assert list(report.figures) == ["figure-5.9-robot"]
     off = {row["method"]: row["median_off_mm"] for row in report.rows}
     assert off["refined"] < 2
-    assert [row["views"] for row in report.rows if row["method"] == "refined"] == [6]
+    assert [row["views"] for row in report.rows if row["method"] == "refined"] == [5]
     for name, study in (("figure-5.8", registration.compare_errors), ("figure-5.10", registration.compare_seconds)):
         assert study(plan).name == name
 
-    (tmp_path / "circles" / "robot-sparse-6-seed-0.mcap").write_bytes(b"spoilt")
-    with pytest.raises(ScanError, match="robot-sparse-6-seed-0"):
+    (tmp_path / "circles" / "robot-sparse-5-seed-0.mcap").write_bytes(b"spoilt")
+    with pytest.raises(ScanError, match="robot-sparse-5-seed-0"):
         run_all(plan)
 
 

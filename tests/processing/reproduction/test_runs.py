@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,41 +14,23 @@ import torch
 
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.runs import keep
+from tests.processing.reproduction.draws import Draw
 
 SLOW = """
 import sys
 from pathlib import Path
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.runs import keep
-from tests.processing.reproduction.test_runs import Draw, draw_slowly
+from tests.processing.reproduction.draws import Draw, draw_slowly
 
 if __name__ == "__main__":
     keep(Plan(Path(sys.argv[1]), workers=2), draw_slowly, [Draw(i) for i in range(6)], "Drawing")
 """
 
 
-@dataclass(frozen=True)
-class Draw:
-    seed: int
-    scale: float = 1.0
-
-    @property
-    def name(self):
-        return f"draw-{self.seed}"
-
-    @property
-    def key(self):
-        return {"seed": self.seed, "scale": self.scale}
-
-
 def draw(task):
     calls.append(task)
     return {"number": task.scale * np.random.default_rng(task.seed).normal(), "threads": torch.get_num_threads()}
-
-
-def draw_slowly(task):
-    time.sleep(0.5)
-    return {"number": np.random.default_rng(task.seed).normal()}
 
 
 calls = []

@@ -133,10 +133,10 @@ def test_losses_are_least_where_the_output_says_the_grid():
 
 @pytest.fixture(scope="module")
 def trained():
-    grids = balls(64, 16)
+    grids = balls(32, 16)
     heard = []
     settings = AutoencoderSettings(epochs=12, learning_rate=3e-3)
-    autoencoder = pretrain(lambda: grids.split(16), settings, 0, "cpu", mirror(SMALL), 16, lambda *e: heard.append(e))
+    autoencoder = pretrain(lambda: grids.split(8), settings, 0, "cpu", mirror(SMALL), 16, lambda *e: heard.append(e))
     return autoencoder, settings, heard
 
 
