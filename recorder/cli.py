@@ -1,5 +1,6 @@
 """The recorder's commands: convert, simulate, info, check. Each parses, calls the library and prints."""
 
+import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -326,15 +327,27 @@ def run(app: typer.Typer, arguments: Sequence[str] | None = None) -> NoReturn:
     """Run a command line and exit; a ScanError is told in one line on stderr, and is status 2."""
     try:
         app(args=arguments, prog_name="orbitscan")
+    except SystemExit:
+        _flush()
+        raise
     except ScanError as error:
         _complain(error)
         sys.exit(2)
     except KeyboardInterrupt:
         sys.exit(130)
     except BrokenPipeError:
-        sys.stdout = None  # nobody reads it: not even the last flush may complain
+        _flush()
         sys.exit(1)
     sys.exit(0)
+
+
+def _flush() -> None:
+    """Write out what was printed; where nobody reads any more, the interpreter's own last flush shall not complain."""
+    try:
+        if sys.__stdout__ is not None:
+            sys.__stdout__.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())
 
 
 def _place(session: "Session", output: Path, name: str | None) -> tuple[Path, "Session"]:
