@@ -128,8 +128,8 @@ def test_one_thread_and_two_agree_to_the_last_bit(three):
 
 def test_another_seed_may_change_numbers_but_not_what_is_right(three):
     session, (*_, last) = three
-    other = run(session, seed=5)
-    assert estimates(other) != estimates(last)  # the consensus sets differ
+    other = run(session, ["ransac_icp", "pairwise"], seed=5)
+    assert any(found != estimates(last)[method] for method, found in estimates(other).items())  # the sets differ
     assert placed_wrongly(session, other) == []
 
 
@@ -173,7 +173,8 @@ def test_some_nan_points_change_nothing(three):
     views = list(session.views())
     hole = np.full((50, 3), np.nan, np.float32)
     views[0] = replace(views[0], points=np.vstack([hole, views[0].points]))
-    assert estimates(run(with_views(session, views))) == estimates(last)
+    found = estimates(run(with_views(session, views), ["icp", "pairwise"]))
+    assert found == {method: estimates(last)[method] for method in found}
 
 
 def test_an_unreadable_view_is_named_and_the_session_goes_on():
