@@ -1,22 +1,25 @@
 """Where caches are kept on a machine that has no place for them: a read-only installation, another user, no HOME."""
 
 import os
+import stat
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 
 def temporary_cache(name: str) -> Path:
-    """A folder of this user alone, the same from run to run: whoever can write into it has his code run by us.
+    """A folder of this user alone: whoever can write into it has his code run by us.
 
-    Raises OSError where there is no place for temporary files either.
+    The same from run to run, but where somebody else has taken its name: then a new one. Raises OSError where there is
+    no place for temporary files either.
     """
     user = os.getuid() if hasattr(os, "getuid") else 0  # Windows has a temporary folder for each user
     folder = Path(tempfile.gettempdir()) / f"orbitscan-{name}-{user}"
-    folder.mkdir(mode=0o700, exist_ok=True)
+    with suppress(FileExistsError):
+        folder.mkdir(mode=0o700)
     about = folder.lstat()
-    if folder.is_symlink() or (hasattr(os, "getuid") and (about.st_uid != user or about.st_mode & 0o022)):
-        return Path(tempfile.mkdtemp(prefix=f"orbitscan-{name}-"))
-    return folder
+    ours = not hasattr(os, "getuid") or (about.st_uid == user and not about.st_mode & 0o022)
+    return folder if stat.S_ISDIR(about.st_mode) and ours else Path(tempfile.mkdtemp(prefix=f"orbitscan-{name}-"))
 
 
 def find_place_for_matplotlib() -> None:

@@ -327,17 +327,15 @@ def run(app: typer.Typer, arguments: Sequence[str] | None = None) -> NoReturn:
     """Run a command line and exit; a ScanError is told in one line on stderr, and is status 2."""
     try:
         app(args=arguments, prog_name="orbitscan")
-    except SystemExit:
-        _flush()
-        raise
     except ScanError as error:
         _complain(error)
         sys.exit(2)
     except KeyboardInterrupt:
         sys.exit(130)
     except BrokenPipeError:
-        _flush()
         sys.exit(1)
+    finally:
+        _flush()
     sys.exit(0)
 
 

@@ -30,7 +30,7 @@ def _choose_cache() -> bool:
         try:
             folder = temporary_cache("kernels")
         except OSError:
-            logger.warning("compiled kernels cannot be kept anywhere: each run compiles them, about 10 s")
+            logger.warning("compiled kernels cannot be kept anywhere: each run compiles them anew")
             return False
         logger.warning("compiled kernels are kept in %s: neither the installation nor a cache can be written", folder)
         config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = str(folder)

@@ -113,7 +113,7 @@ def test_the_packaged_model_knows_real_views_of_its_categories(data):
             assert classifier.fuse(found).category == info.category
 
 
-def test_the_packaged_model_knows_meshes_of_others(data, open3d):
+def test_the_packaged_model_knows_meshes_of_others(data):
     classifier = Classifier()
     for name, category in (("meshes_contactdb/mug.stl", "coffee_mug"), ("meshes_ycb_hoi4d/ycb_024_bowl.obj", "bowl")):
         views = list(simulate(str(data / name), views=6, elevation_deg=45, sensor="kinect").views())

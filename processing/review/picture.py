@@ -23,7 +23,7 @@ SECONDS_TO_START = 60.0  # a slow machine, with other work
 SECONDS_TO_LOAD = 60.0
 SECONDS_TO_SETTLE = 0.6  # legends and ranges of plots come a few frames after the data
 SECONDS_OF_NOTICES = 2.0  # the viewer tells for so long, in a corner, that it loaded something
-_NO_DRIVER = ("render context", "adapter", "Vulkan", "wgpu")  # of which a viewer that cannot draw speaks as it ends
+_NO_DRIVER = "render context"  # of which a viewer that finds no driver speaks as it ends
 _MAKE_AGAIN = "make it again: it is cut, damaged, or no recording at all"
 
 
@@ -225,10 +225,10 @@ def _explain(error: ConnectionError, process: subprocess.Popen, words: BinaryIO)
         )
     words.seek(0)
     last = words.read().decode("utf-8", "replace")
-    if any(sign in last for sign in _NO_DRIVER):
+    if _NO_DRIVER in last:
         problem = "does not start without a display here: it finds no Vulkan driver"
         return NoViewer("the viewer", problem, "on Debian and Ubuntu: apt install mesa-vulkan-drivers libvulkan1")
-    said = next((line.strip() for line in last.splitlines() if "panicked" in line or "error" in line.lower()), "")
+    said = next((line.strip() for line in last.splitlines() if "panicked" in line), "")
     return NoViewer(
         "the viewer",
         f"ended with status {process.returncode}{said and f' ({said})'}",

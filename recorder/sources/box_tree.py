@@ -10,9 +10,9 @@ import numpy as np
 
 from orbitscan.recorder.kernels import is_kept, kernel, over_slices
 from orbitscan.recorder.objects.mesh import Mesh
-from orbitscan.recorder.sources.scene import Hits
+from orbitscan.recorder.sources.raycaster import Hits
 
-_LEAF = 4  # triangles of a box that is not halved
+_LEAF = 4  # triangles of a smallest box, at least
 _DEPTH = 64  # boxes that wait while a ray goes through another: more than the tree has levels
 _EDGE = 1e-9  # how far outside, as a share of its sides, a triangle still is met: no ray passes between two
 _HUGE = 1e300  # the reciprocal of nothing: with infinity, a ray that runs along a box's side would be nowhere
@@ -25,11 +25,11 @@ class BoxTree:
 
     def __init__(self, mesh: Mesh) -> None:
         if not is_kept(_follow):
-            logging.getLogger("orbitscan").warning("Compiling the raycaster: once on this machine, about 5 s ...")
+            logging.getLogger("orbitscan").warning("Compiling the raycaster: once on this machine, about 3 s ...")
         corners = mesh.vertices.astype(np.float32).astype(np.float64)[mesh.triangles]  # (T, 3, 3)
         low, high = corners.min(axis=1), corners.max(axis=1)
-        self._order = np.arange(len(corners))  # of the triangles as the leaves have them
-        self._boxes, self._children = _build(low, high, (low + high) / 2, self._order)
+        self._order, self._starts = _halve((low + high) / 2)
+        self._boxes = _enclose(low[self._order], high[self._order], self._starts)
         self._first = corners[self._order, 0]
         self._sides = corners[self._order, 1:] - corners[self._order, :1]  # (T, 2, 3)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -37,81 +37,71 @@ class BoxTree:
         self._normals = normals / np.where(lengths > 0, lengths, 1)
 
     def cast(self, origin: np.ndarray, directions: np.ndarray, threads: int) -> Hits:
-        """Where rays from one origin (3,) in the directions (N, 3) first meet the mesh."""
+        """Where rays from one origin (3,) in the directions (N, 3) first meet the mesh; `threads` 0: all."""
         origin, rays = (array.astype(np.float32).astype(np.float64) for array in (origin, directions))
         count = len(rays)
         distance, triangles, uv = np.full(count, np.inf), np.zeros(count, np.int64), np.zeros((count, 2))
-        tree = self._boxes, self._children, self._order, self._first, self._sides
+        tree = self._boxes, self._starts, self._order, self._first, self._sides
         over_slices(_follow, count, *tree, origin, rays, distance, triangles, uv, threads=threads)
         return Hits(distance, np.where(np.isfinite(distance)[:, None], self._normals[triangles], 0), triangles, uv)
 
 
-@kernel
-def _build(low, high, centers, order):  # noqa: ANN001, ANN202
-    """Boxes (B, 6) and, of each, its two halves, or of a leaf -1 - its first triangle and their number.
+def _halve(centers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles' order (T,) in the leaves, and where each leaf starts in it (L + 1,); L is a power of two.
 
-    The triangles of a leaf follow each other in `order`, which is sorted in place.
+    Level by level, each part of the order is sorted along the longest axis of its centres (T, 3), which halves it.
     """
-    boxes, children = np.empty((2 * len(order), 6)), np.empty((2 * len(order), 2), np.int64)
-    waiting = np.empty((_DEPTH, 3), np.int64)  # a box's number, and where its triangles start and stop
-    waiting[0] = 0, 0, len(order)
-    count, made = 1, 1
-    while count > 0:
-        count -= 1
-        box, start, stop = waiting[count]
-        least, most = np.full(3, np.inf), np.full(3, -np.inf)
-        nearest, farthest = least.copy(), most.copy()  # of the centres
-        for i in range(start, stop):
-            for axis in range(3):
-                least[axis] = min(least[axis], low[order[i], axis])
-                most[axis] = max(most[axis], high[order[i], axis])
-                nearest[axis] = min(nearest[axis], centers[order[i], axis])
-                farthest[axis] = max(farthest[axis], centers[order[i], axis])
-        boxes[box, :3], boxes[box, 3:] = least, most
-        if stop - start <= _LEAF:
-            children[box] = -start - 1, stop - start
-            continue
-        axis = np.argmax(farthest - nearest)
-        inside = order[start:stop].copy()
-        order[start:stop] = inside[np.argsort(centers[inside, axis])]
-        middle = (start + stop) // 2
-        children[box] = made, made + 1
-        waiting[count] = made, start, middle
-        waiting[count + 1] = made + 1, middle, stop
-        count, made = count + 2, made + 2
-    return boxes[:made].copy(), children[:made].copy()
+    count = len(centers)
+    leaves = 1 << max(0, (count // _LEAF).bit_length() - 1)
+    starts = np.arange(leaves + 1) * count // leaves
+    order = np.arange(count)
+    for level in range(leaves.bit_length() - 1):
+        bounds = starts[:: leaves >> level]
+        part = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))
+        placed = centers[order]
+        extents = np.maximum.reduceat(placed, bounds[:-1]) - np.minimum.reduceat(placed, bounds[:-1])
+        along = placed[np.arange(count), extents.argmax(axis=1)[part]]
+        order = order[np.lexsort((along, part))]
+    return order, starts
+
+
+def _enclose(low: np.ndarray, high: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """The boxes (2 L - 1, 6) of all levels, the root first: the halves of box i are 2 i + 1 and 2 i + 2."""
+    levels = [np.hstack([np.minimum.reduceat(low, starts[:-1]), np.maximum.reduceat(high, starts[:-1])])]
+    while len(levels[0]) > 1:
+        left, right = levels[0][::2], levels[0][1::2]
+        levels.insert(0, np.hstack([np.minimum(left[:, :3], right[:, :3]), np.maximum(left[:, 3:], right[:, 3:])]))
+    return np.concatenate(levels)
 
 
 @kernel
-def _follow(start, stop, boxes, children, order, first, sides, origin, rays, distance, triangles, uv):  # noqa: ANN001, ANN202
+def _follow(start, stop, boxes, starts, order, first, sides, origin, rays, distance, triangles, uv):  # noqa: ANN001, ANN202
     """Fill in the distance, triangle and place on it of the rays from `start` to `stop` that meet one."""
     waiting = np.empty(_DEPTH, np.int64)
+    leaves = len(starts) - 1
     for r in range(start, stop):
         x, y, z = rays[r]
         inverse = (1 / x if x != 0 else _HUGE, 1 / y if y != 0 else _HUGE, 1 / z if z != 0 else _HUGE)
         waiting[0] = 0
-        count = 1 if _enter(boxes[0], origin, inverse) < np.inf else 0
+        count = 1
         while count > 0:
             count -= 1
             box = waiting[count]
-            left, right = children[box]
-            if left < 0:
-                for i in range(-left - 1, -left - 1 + right):
+            if _enter(boxes[box], origin, inverse) >= distance[r]:
+                continue
+            if box >= leaves - 1:
+                leaf = box - (leaves - 1)
+                for i in range(starts[leaf], starts[leaf + 1]):
                     t, u, v = _meet(first[i], sides[i, 0], sides[i, 1], origin, x, y, z)
                     if 0 < t < distance[r]:
                         distance[r], triangles[r] = t, order[i]
                         uv[r, 0], uv[r, 1] = u, v
                 continue
-            near, far = left, right
-            enter_near, enter_far = _enter(boxes[left], origin, inverse), _enter(boxes[right], origin, inverse)
-            if enter_far < enter_near:
-                near, far, enter_near, enter_far = right, left, enter_far, enter_near
-            if enter_far < distance[r]:
-                waiting[count] = far
-                count += 1
-            if enter_near < distance[r]:
-                waiting[count] = near
-                count += 1
+            left, right = 2 * box + 1, 2 * box + 2
+            if _enter(boxes[left], origin, inverse) < _enter(boxes[right], origin, inverse):
+                left, right = right, left
+            waiting[count], waiting[count + 1] = left, right  # the nearer one is taken first
+            count += 2
 
 
 @kernel

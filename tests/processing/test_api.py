@@ -21,8 +21,20 @@ FILES = ("__init__.py", "py.typed")
 
 
 def test_every_name_is_there_and_no_other():
-    assert {name for name in orbitscan.__all__ if getattr(orbitscan, name) is not None} == set(orbitscan.__all__)
-    assert set(orbitscan.__all__) <= set(dir(orbitscan))
+    values = [
+        "open",
+        "process",
+        "with_errors",
+        "classify",
+        "simulate",
+        "read_results",
+        "Session",
+        "Settings",
+        "ScanError",
+        "__version__",
+    ]
+    assert set(orbitscan.__all__) == set(values) <= set(dir(orbitscan))
+    assert all(getattr(orbitscan, name) for name in values)
     with pytest.raises(AttributeError, match="has no attribute 'proces'"):
         orbitscan.proces  # noqa: B018
 

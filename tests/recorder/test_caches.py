@@ -46,6 +46,9 @@ def test_a_folder_that_somebody_else_could_have_filled_is_not_used(scratch):
     (scratch / "theirs").mkdir(mode=0o700)
     ours.symlink_to(scratch / "theirs")
     assert temporary_cache("kernels").resolve() != scratch / "theirs"
+    ours.unlink()
+    ours.touch(mode=0o600)
+    assert temporary_cache("kernels").is_dir()
 
 
 def test_matplotlib_is_given_a_place_only_where_it_has_none(scratch, homeless, monkeypatch):

@@ -43,7 +43,6 @@ def test_nothing_is_measured_beyond_eight_metres():
     assert np.isnan(measured(8.1)).all()
 
 
-@pytest.mark.usefixtures("open3d")
 def test_a_kinect_too_far_away_is_refused():
     with pytest.raises(InvalidOption, match=r"--distance 9: a Kinect sees nothing beyond 8 m"):
         simulate("bowl", sensor="kinect", distance=9)
@@ -87,7 +86,6 @@ def test_the_table_never_takes_more_than_two_fifths(height):
     assert max(cuts) <= max(0.02, 0.2 * height + 0.006)
 
 
-@pytest.mark.usefixtures("open3d")
 def test_a_kinects_view_of_an_object():
     session = simulate("coffee_mug", instance=2, views=8, sensor="kinect")
     plain = simulate("coffee_mug", instance=2, views=8, distance=0.72, focal=570)
@@ -102,7 +100,6 @@ def test_a_kinects_view_of_an_object():
         assert cloud.measure(view.points).resolution == pytest.approx(0.72 / 570, rel=0.1)
 
 
-@pytest.mark.usefixtures("open3d")
 def test_virtual_views_are_as_dense_and_as_noisy_as_real_ones(data):
     real = open_capture(data / "washington" / "rgbd-dataset" / "cap")[0]
     ours = simulate("cap", views=6, sensor="kinect")

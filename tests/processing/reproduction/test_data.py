@@ -35,7 +35,7 @@ def write_frames(folder, categories, frames=3):
                 (place / f"{category}_{instance}_1_{frame}.pcd").write_text(header + "\n".join(lines) + "\n")
 
 
-@pytest.mark.usefixtures("small", "open3d")
+@pytest.mark.usefixtures("small")
 def test_the_virtual_corpus_is_recorded_and_gathered_once(tmp_path):
     plan = Plan(tmp_path, fraction=0.01)  # 2 of 200 views
     first = data.provide(plan)
@@ -49,7 +49,7 @@ def test_the_virtual_corpus_is_recorded_and_gathered_once(tmp_path):
     assert data.provide(plan) == first  # from the gathered views alone
 
 
-@pytest.mark.usefixtures("small", "open3d")
+@pytest.mark.usefixtures("small")
 def test_the_last_instance_of_each_category_is_tested(tmp_path):
     views = data.load(data.provide(Plan(tmp_path, fraction=0.01)))
     rows = data.split(views)

@@ -17,7 +17,6 @@ from tests.processing.reproduction.test_grids import make_session, make_sphere
 PCD = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n"
 
 
-@pytest.mark.usefixtures("open3d")
 def test_every_instance_of_table_3_1_has_a_circle_whose_views_are_the_corpus_s(tmp_path):
     found = circles.open_instances(Plan(tmp_path))
     assert {name: len(sessions) for name, sessions in found.items()} == corpus.INSTANCES
@@ -49,7 +48,6 @@ def test_a_view_that_shows_nothing_is_passed_over():
         circles.take_view(empty, 0)
 
 
-@pytest.mark.usefixtures("open3d")
 def test_the_gallery_shows_the_last_instance_and_says_what_differs_from_table_3_1(tmp_path, monkeypatch):
     bowls = [make_session("bowl", make_sphere(200 + i, i)) for i in range(8)]
     caps = [make_session("cap", make_sphere(100, 9))]

@@ -26,7 +26,6 @@ def test_a_rolled_view_keeps_its_middle_its_sensor_and_its_truth(turn):
     assert np.degrees(poses.rotation_angle(turned)) == pytest.approx(turn, abs=1e-4)
 
 
-@pytest.mark.usefixtures("open3d")
 def test_trials_tell_the_overlap_and_how_each_method_does(monkeypatch):
     monkeypatch.setattr(overlap_runs, "simulate", partial(overlap_runs.simulate, focal=300.0))
     task = Pairs("robot", 20, (0, 90), seed=1)

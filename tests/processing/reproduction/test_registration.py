@@ -36,7 +36,6 @@ def test_the_few_views_stay_and_the_circle_is_cut(tmp_path):
     assert len({circle.name for circle in circles}) == len(circles)
 
 
-@pytest.mark.usefixtures("open3d")
 def test_a_view_has_about_the_thesis_s_points():
     points = {
         what: np.mean([len(view.points) for view in simulate(what, views=6, focal=focal).views()])
@@ -46,7 +45,7 @@ def test_a_view_has_about_the_thesis_s_points():
     assert points == pytest.approx(dict.fromkeys(points, 30_000), rel=0.12)
 
 
-@pytest.mark.usefixtures("robot", "open3d")
+@pytest.mark.usefixtures("robot")
 def test_a_circle_is_recorded_again_where_its_making_changed(tmp_path, monkeypatch):
     monkeypatch.setattr(registration_runs, "FEW", 2)
     monkeypatch.setattr(registration_runs, "WAYS", ())
