@@ -12,7 +12,7 @@ demo: .venv/installed
 	@echo "or: $(BIN)/rerun results/robot/review.rrd"
 
 test: .venv/installed-dev
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .

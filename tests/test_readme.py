@@ -1,8 +1,4 @@
-"""Every command of the README runs, in its order, in a folder as the README assumes it.
-
-The first of each kind runs as a process of its own, as the user's does: it finds what it needs without what other tests
-imported.
-"""
+"""Every command of the README runs, in its order, in a folder as the README assumes it."""
 
 import os
 import re
@@ -62,7 +58,6 @@ def test_every_command_runs(folder, request, monkeypatch):
     commands = [line.split("#")[0].strip() for block in blocks("bash") for line in block.splitlines()]
     ours = [shlex.split(command) for command in commands if command and not command.startswith("make ")]
     assert len(ours) >= 9
-    begun = {"process", "train", "classify"}  # test_cli.py and test_model_cli.py run them as processes, with less to do
     no_picture = None
     for words in ours:
         if "--screenshot" in words:
@@ -71,26 +66,14 @@ def test_every_command_runs(folder, request, monkeypatch):
             except pytest.skip.Exception as reason:
                 no_picture = reason
                 continue
-        kind = words[1] if words[0] == "orbitscan" else words[0]
-        if kind in begun:
+        if words[0] == "orbitscan":
             finished = run(*words[1:], cwd=folder, env=environment(folder))
         else:
             everything = os.environ | environment(folder)
             finished = subprocess.run(words, cwd=folder, env=everything, capture_output=True, text=True)
-        begun.add(kind)
         assert finished.returncode == 0, f"{shlex.join(words)}\n{finished.stdout}{finished.stderr}"
     if no_picture:
         pytest.skip(f"all but the picture: {no_picture}")
-
-
-def test_the_python_runs_on_the_sample(folder):
-    (block,) = blocks("python")
-    root = Path(__file__).parents[1]
-    finished = subprocess.run([sys.executable, "-c", block], cwd=root, capture_output=True, text=True)
-    assert finished.returncode == 0, finished.stderr
-    statuses, chordal = finished.stdout.splitlines()
-    assert statuses == "['ok', 'ok', 'ok']"
-    assert float(chordal) < 0.01
 
 
 def test_the_make_targets_it_names_exist():
