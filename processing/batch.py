@@ -21,10 +21,10 @@ from orbitscan.processing.results.files import (
 )
 from orbitscan.processing.results.records import METHODS, SessionResult
 from orbitscan.processing.results.registered import FILE_NAME, place, write_registered
-from orbitscan.processing.results.whole import remove_leftovers, whole_folder
 from orbitscan.processing.review.foxglove_layout import LAYOUT_NAME, write_foxglove_layout
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import mcap_file
+from orbitscan.recorder.atomic import remove_leftovers, whole_folder
 from orbitscan.recorder.exceptions import ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
 from orbitscan.recorder.session import Session
 

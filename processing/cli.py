@@ -11,8 +11,8 @@ import typer
 from orbitscan.processing import model_cli, reproduce_cli, review_cli
 from orbitscan.recorder import cli as recorder_cli
 from orbitscan.recorder.caches import find_place_for_matplotlib
+from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption
-from orbitscan.recorder.progress import progress
 
 if TYPE_CHECKING:
     from orbitscan.processing.batch import Job, Outcome

@@ -11,8 +11,8 @@ import typer
 
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.recorder import cli as recorder_cli
+from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud, UnwritableOutput
-from orbitscan.recorder.progress import progress
 
 if TYPE_CHECKING:
     from orbitscan.processing.classification.labelled_views import LabelledViews, Split

@@ -12,8 +12,8 @@ import typer
 
 from orbitscan.processing.model_cli import choose_device
 from orbitscan.processing.reproduction import STUDIES, find
+from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption, ScanError
-from orbitscan.recorder.progress import progress
 
 if TYPE_CHECKING:
     from orbitscan.processing.reproduction.report import Report

@@ -195,7 +195,7 @@ def _print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]
     """The first rows, and how many of `total` are not shown."""
     from rich.text import Text
 
-    from orbitscan.processing.printing import print_table
+    from orbitscan.recorder.console import print_table
 
     columns = {name: {"overflow": "fold", "no_wrap": name in _NARROW} for name in header}
     cells = [[Text(cell, style=_COLORS.get(cell, "")) for cell in row] for row in rows[:SHOWN_ROWS]]

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TypeVar
 
 import typer
 
+from orbitscan.recorder.console import counter, progress
 from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, ScanError, UnreadableCloud
-from orbitscan.recorder.progress import counter, progress
 
 if TYPE_CHECKING:
     from orbitscan.recorder.check import Finding

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from orbitscan.processing.features.normals import estimate_normals
 from orbitscan.recorder.libraries import load_open3d
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 
 _MARGIN = 1.2  # times the extent: the octree's cube
 _DEPTHS = 5, 10  # least and most levels of the octree: a deeper one takes gigabytes

@@ -8,9 +8,9 @@ from orbitscan.processing.reproduction.page import Study, render_page, state_fac
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration_files import read_frames, read_models
 from orbitscan.processing.reproduction.report import FORMAT_VERSION
-from orbitscan.processing.results.whole import write_whole
 from orbitscan.processing.review.reproduction import write_reproduction
 from orbitscan.processing.review.study import StudyReview
+from orbitscan.recorder.atomic import write_whole
 from orbitscan.recorder.exceptions import InvalidOption
 
 GROUPS = {

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.results.whole import write_whole
+from orbitscan.recorder.atomic import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

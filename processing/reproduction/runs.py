@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.results.whole import write_whole
+from orbitscan.recorder.atomic import write_whole
 
 
 class Task(Protocol):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from orbitscan.processing.results.files import read_results
-from orbitscan.processing.results.whole import whole_file
+from orbitscan.recorder.atomic import whole_file
 
 UNKNOWN = "unknown"  # the row of what the model has no category for, the column of what it does not know
 FEWEST = 2  # recordings that make a batch

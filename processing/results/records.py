@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.session import SessionInfo
 
 METHODS = ("icp", "ransac_icp", "pairwise", "refined")  # worst to best: the model is made by the last one run

@@ -9,7 +9,7 @@ from typing import Any
 
 from orbitscan.processing.results.files import read_results
 from orbitscan.processing.results.records import METHODS, summarize
-from orbitscan.processing.results.whole import whole_file
+from orbitscan.recorder.atomic import whole_file
 
 _ANSWER = ("category", "known", "likeliest", "probability")
 

@@ -9,8 +9,8 @@ from typing import Any
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from orbitscan.processing.results.whole import write_whole
 from orbitscan.processing.review.entities import METHOD_COLORS
+from orbitscan.recorder.atomic import write_whole
 
 FOLDER = "figures"  # in a results folder
 ENDINGS = ("png", "svg")

@@ -12,8 +12,8 @@ from pathlib import Path
 import rerun as rr
 import rerun.blueprint as rrb
 
-from orbitscan.processing.results.whole import whole_file
 from orbitscan.processing.review.entities import APPLICATION_ID
+from orbitscan.recorder.atomic import whole_file
 
 _SPARE = 1 << 20  # bytes of a disk that are left free
 

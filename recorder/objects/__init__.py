@@ -10,6 +10,7 @@ CATEGORIES are what the classifier tells apart, OTHERS what it must not take for
 import numpy as np
 
 from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects import (
     apple,
     bell_pepper,
@@ -28,7 +29,6 @@ from orbitscan.recorder.objects import (
     vacuum_cleaner,
     water_bottle,
 )
-from orbitscan.recorder.objects.mesh import Mesh
 
 CATEGORIES = (
     "apple",

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.fruit import bumps, settled
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import circle, loft, sweep
 
 LEVELS, SEGMENTS = 45, 72

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import box, circle, cylinder, revolve, sweep
 
 BLACK, STEEL = (58, 60, 66), (184, 188, 192)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.vessel import Color, lathe
 
 

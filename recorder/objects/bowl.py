@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.solids import revolve
 from orbitscan.recorder.objects.vessel import SEGMENTS, coupe, fluted, hollow, inward, polygon, silhouette, superellipse
 

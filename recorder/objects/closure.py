@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.solids import revolve, rounded_rectangle, sweep
 from orbitscan.recorder.objects.vessel import SEGMENTS
 

@@ -3,8 +3,8 @@ who stands before it finds it."""
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.handle import ANGULAR, BOWS, EAR, HIGH, LOOP, Bow, C, D, handle
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import revolve, rounded_rectangle, sweep
 from orbitscan.recorder.objects.vessel import coupe, hollow, silhouette, superellipse
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import circle, cylinder, loft, prism, revolve, rounded_rectangle, sweep
 
 SEGMENTS = 48

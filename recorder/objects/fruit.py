@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 
 
 def bumps(rng: np.random.Generator, directions: np.ndarray, amplitude: float) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, rounded_rectangle, sweep
 
 BLACK, GREY, SILVER = (58, 60, 66), (128, 132, 140), (200, 204, 208)

@@ -5,7 +5,7 @@ Shapes of every size, and no side of it repeats another.
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, prism, revolve, rounded_rectangle, sweep
 
 BLACK, DARK, GREY, SILVER = (58, 60, 66), (92, 96, 104), (140, 144, 150), (200, 204, 208)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import box, loft, revolve
 
 BRONZE, PLASTER, MARBLE, CLAY, IRON = (122, 96, 66), (222, 216, 204), (206, 208, 212), (178, 116, 84), (96, 100, 106)

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import box, circle, cylinder, loft, prism, revolve, rounded_rectangle, sweep
 
 BLACK, DARK, GREY, SILVER = (58, 60, 66), (88, 92, 100), (144, 148, 154), (200, 204, 208)

@@ -3,9 +3,9 @@ capped; but for the last styles they are surfaces of revolution."""
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.bottle import Form, body
 from orbitscan.recorder.objects.closure import carrying_loop, cup_lid, screw_cap, sports_cap, tether
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import revolve
 from orbitscan.recorder.objects.vessel import SEGMENTS, superellipse
 

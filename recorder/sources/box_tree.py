@@ -9,7 +9,7 @@ import logging
 import numpy as np
 
 from orbitscan.recorder.kernels import is_kept, kernel, over_slices
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.sources.raycaster import Hits
 
 _LEAF = 4  # triangles of a smallest box, at least

@@ -6,7 +6,7 @@ import numpy as np
 
 from orbitscan.recorder import objects
 from orbitscan.recorder.exceptions import UnreadableCloud
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 
 MAX_DIAMETER = 20.0  # [m]; a mesh beyond it is in millimetres
 

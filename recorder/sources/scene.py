@@ -7,7 +7,7 @@ import numpy as np
 
 from orbitscan.recorder.exceptions import MissingLibrary
 from orbitscan.recorder.libraries import load_open3d
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.sources.raycaster import Hits, Open3DRaycaster, Raycaster
 
 LIGHT = np.array([0.36, -0.48, 0.80])  # the direction to a lamp that stands still beside the object

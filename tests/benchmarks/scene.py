@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from orbitscan.recorder import objects
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.sources.depth_sensor import KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG
 
 CREASE_DEG = 25.0  # facets that meet at less stand for a round surface

@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 from orbitscan.processing.compilation import ensure_compiled
-from orbitscan.recorder.progress import progress
+from orbitscan.recorder.console import progress
 from tests.fuzz.mutations import KINDS
 from tests.fuzz.trial import Trial, run_trials
 

@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from orbitscan.recorder import objects
 from orbitscan.recorder.exceptions import InvalidOption
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve, sweep
 from tests.recorder.objects.shapes import assert_closed_and_outward, built, extents, instances
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from orbitscan.recorder import mcap_file, objects, poses
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.solids import box
 from orbitscan.recorder.sources.box_tree import BoxTree
 from orbitscan.recorder.sources.virtual import simulate

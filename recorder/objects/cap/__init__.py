@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.cap.crown import Crown
 from orbitscan.recorder.objects.cap.parts import brim, emblem, eyelets, shell, strap
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import ellipsoid
 
 NAVY, RED, BLACK, GREEN = (44, 56, 98), (182, 48, 46), (62, 62, 66), (62, 104, 78)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.cap.crown import BEARING, Crown
-from orbitscan.recorder.objects.mesh import Mesh
 from orbitscan.recorder.objects.solids import cylinder, loft, rounded_rectangle, sweep
 
 BAND = (92, 88, 84)

@@ -5,9 +5,9 @@ Bars with keys, smartphones bare and in cases, messengers with a small keyboard,
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.cell_phone.bars import candy_bar, cased_smartphone, messenger, smartphone
 from orbitscan.recorder.objects.cell_phone.folding import flip_open, flip_shut, slider
-from orbitscan.recorder.objects.mesh import Mesh
 
 STYLES = (candy_bar, smartphone, flip_shut, flip_open, slider, messenger, cased_smartphone)
 

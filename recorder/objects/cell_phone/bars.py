@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.cell_phone.body import (
     BEZEL,
     BLACK,
@@ -15,7 +16,6 @@ from orbitscan.recorder.objects.cell_phone.body import (
     put_down,
     shell_colors,
 )
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.solids import cylinder
 
 

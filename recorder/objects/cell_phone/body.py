@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.solids import box, circle, loft, prism, rounded_rectangle
 
 BLACK, GRAPHITE, SILVER, WHITE, CREAM = (38, 38, 42), (84, 86, 92), (186, 188, 194), (232, 232, 230), (214, 206, 188)

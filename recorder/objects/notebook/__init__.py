@@ -5,7 +5,7 @@ Shut hard and soft covers, coils along a side or the top, open ones with curved 
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.notebook.opened import ajar, open_coiled, open_flat
 from orbitscan.recorder.objects.notebook.shut import coiled, hard_cover, pad, soft_cover
 

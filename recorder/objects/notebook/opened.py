@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.notebook.paper import (
     CARD,
     PAPER,

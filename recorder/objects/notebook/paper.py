@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.solids import circle, sweep
 
 FORMATS = (  # height and width of a page [m]

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.fruit import bumps
-from orbitscan.recorder.objects.mesh import Mesh
 from orbitscan.recorder.objects.solids import circle, loft
 
 

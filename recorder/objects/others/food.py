@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.fruit import bumps, settled
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.others.bodies import along_x, domed, rumpled
 from orbitscan.recorder.objects.others.palette import BLACK, CREAM, CRUST, GREEN, ORANGE, WHITE, WOOD, YELLOW
 from orbitscan.recorder.objects.solids import circle, revolve, sweep

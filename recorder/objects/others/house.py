@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.others.bodies import along_x, domed, hoop, lying, rumpled
 from orbitscan.recorder.objects.others.palette import BLACK, GREY, STEEL, WHITE, YELLOW, colors
 from orbitscan.recorder.objects.solids import (

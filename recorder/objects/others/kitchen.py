@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.handle import LOOP, D, handle
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.others.bodies import tongue
 from orbitscan.recorder.objects.others.palette import BLACK, GREY, STEEL, WHITE, WOOD, Color, colors
 from orbitscan.recorder.objects.solids import circle, cylinder, revolve, rounded_rectangle, sweep

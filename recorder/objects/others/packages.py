@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.closure import screw_cap
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.others.bodies import along_x, carton, lying, rectangle, rumpled
 from orbitscan.recorder.objects.others.palette import STEEL, WHITE, colors
 from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.others.bodies import along_x, domed, hoop, lying
 from orbitscan.recorder.objects.others.palette import STEEL, WHITE, colors
 from orbitscan.recorder.objects.solids import box, circle, cylinder, prism, revolve, rounded_rectangle

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.fruit import settled
-from orbitscan.recorder.objects.mesh import Mesh, merge
 from orbitscan.recorder.objects.others.bodies import hoop, lying
 from orbitscan.recorder.objects.others.palette import BRASS, STEEL, WHITE, WOOD, YELLOW, colors
 from orbitscan.recorder.objects.solids import box, circle, cylinder, ellipsoid, prism, revolve, rounded_rectangle, sweep

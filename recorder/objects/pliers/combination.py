@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh, merge
+from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.objects.pliers.lever import BRIGHT, DARK, GRIPS, STEEL
 from orbitscan.recorder.objects.solids import box, cylinder, loft, rounded_rectangle, sweep
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.pliers.lever import Finish, crossed, finish, handle, handle_path, jaw, opening
 
 POINTS = 24  # along a jaw

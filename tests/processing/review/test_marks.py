@@ -9,7 +9,7 @@ from orbitscan.processing.results.records import METHODS
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.scene import Scene
 from orbitscan.processing.review.session import SessionReview
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from tests.processing.review.made_results import AXIS, CENTER, make_info, make_results
 from tests.processing.review.recordings import packed, read_rows
 

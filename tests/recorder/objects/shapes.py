@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
 from orbitscan.recorder import objects
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 
 
 @cache

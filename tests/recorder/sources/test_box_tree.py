@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from orbitscan.recorder import mcap_file, objects
-from orbitscan.recorder.objects.mesh import Mesh
+from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.objects.solids import box
 from orbitscan.recorder.sources.box_tree import BoxTree
 from orbitscan.recorder.sources.virtual import simulate

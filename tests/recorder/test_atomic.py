@@ -2,7 +2,7 @@
 
 import pytest
 
-from orbitscan.processing.results.whole import whole_file, whole_folder
+from orbitscan.recorder.atomic import whole_file, whole_folder
 from orbitscan.recorder.exceptions import UnwritableOutput
 
 

@@ -1,13 +1,36 @@
-"""How far long work is: a bar on a terminal, a plain line now and then in a log."""
+"""What the command shows: tables in one style, and how far long work is: a bar on a terminal, lines in a log."""
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from rich.text import Text
 
 Item = TypeVar("Item")
 SILENCE = 60.0  # seconds between the lines of a log
+
+
+def print_table(title: str, columns: Mapping[str, Mapping[str, Any]], rows: Sequence[Sequence["str | Text"]]) -> None:
+    """Print rows; columns are the options of Rich's `add_column` by their header. Without rows nothing.
+
+    Headers and cells are shown as they are: [mm] and a session named [a] are no markup.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    if not rows:
+        return
+    table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for name, options in columns.items():
+        table.add_column(Text(name), **options)
+    for row in rows:
+        table.add_row(*(cell if isinstance(cell, Text) else Text(cell) for cell in row))
+    Console().print(table)
 
 
 def progress(items: Iterable[Item], total: int, what: str) -> Iterator[Item]:
