@@ -13,7 +13,7 @@ import pytest
 
 from orbitscan.processing.classification import training
 from orbitscan.recorder import mcap_file, poses
-from orbitscan.recorder.sources import ply_file
+from orbitscan.recorder.formats import ply
 from tests.command import run
 from tests.geometry import scan
 from tests.viewer import RERUN
@@ -32,7 +32,7 @@ def folder(tmp_path_factory):
     (folder / "scans").mkdir()
     session = scan(n_views=3, points=6000)
     for view in session.views():
-        ply_file.write(folder / "scans" / f"{view.name}.ply", view.points)
+        ply.write(folder / "scans" / f"{view.name}.ply", view.points)
     truth = session.truth()
     lines = [poses.to_tum_line((i + 1) * 10**9, truth[i]) for i in sorted(truth)]
     (folder / "poses.tum").write_text("\n".join(lines))
@@ -40,7 +40,7 @@ def folder(tmp_path_factory):
     for category, stretch in (("ball", (1, 1, 1)), ("plank", (1, 1, 0.2))):
         (folder / "things" / category).mkdir(parents=True)
         for i, view in enumerate(session.views()):
-            ply_file.write(folder / "things" / category / f"{i}.ply", view.points[::10] * np.float32(stretch))
+            ply.write(folder / "things" / category / f"{i}.ply", view.points[::10] * np.float32(stretch))
     stub = folder / "bin" / "rerun"
     stub.parent.mkdir()
     stub.write_text(f'#!/bin/sh\ncase "$*" in *--headless*) exec {RERUN} "$@" ;; esac\n')  # no display is needed there

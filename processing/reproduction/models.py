@@ -21,9 +21,9 @@ from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface import choose_scale
 from orbitscan.recorder import mcap_file, objects, poses
+from orbitscan.recorder.formats import ply
 from orbitscan.recorder.libraries import load_open3d
 from orbitscan.recorder.session import Session
-from orbitscan.recorder.sources import ply_file
 
 SHOWN = ("icp", "ransac_icp", "refined")  # the thesis's two, and ours
 _DRAWN = 30_000  # points of a model
@@ -58,7 +58,7 @@ def _place(plan: Plan, run: Run) -> Placed:
     path = plan.folder / "models" / f"{run.circle.name}-{run.method}-{digest[:12]}.ply"
     if not path.exists():
         _build(recording, run, path)
-    points, colors = ply_file.read(path)
+    points, colors = ply.read(path)
     points = poses.transform(recording.truth()[run.views[0]["view"]], points)
     return Placed(run, points, colors, 1000 * _distances(run.circle.what, points))
 
@@ -76,7 +76,7 @@ def _build(recording: Session, run: Run, path: Path) -> None:
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(path.name + ".part")
-    ply_file.write(part, model.points, model.colors)
+    ply.write(part, model.points, model.colors)
     part.replace(path)
 
 

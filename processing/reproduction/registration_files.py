@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.recorder.sources import ply_file
+from orbitscan.recorder.formats import ply
 
 FOLDER = "registration"  # / the way it was registered / the circle of views / what `process` writes
 FIRST_RUN = "-seed-0"  # ends the name of a circle
@@ -40,7 +40,7 @@ def read_models(folder: Path) -> dict[str, dict[str, tuple[np.ndarray, np.ndarra
     models: dict[str, dict[str, tuple[np.ndarray, np.ndarray | None]]] = {}
     for way, circle, results in _find_results(folder):
         if DENSE not in circle and (path := results / "model.ply").exists():
-            points, colors = ply_file.read(path)
+            points, colors = ply.read(path)
             models.setdefault(circle, {})[way] = (_set_upright(points), colors)
     return models
 

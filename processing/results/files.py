@@ -22,7 +22,7 @@ from orbitscan.processing.results.records import (
     ViewEstimate,
 )
 from orbitscan.recorder import poses
-from orbitscan.recorder.sources import ply_file
+from orbitscan.recorder.formats import ply
 
 FORMAT_VERSION = 1
 _LIBRARIES = ("numpy", "scipy", "numba", "torch", "rerun-sdk", "mcap")
@@ -90,9 +90,9 @@ def write_results(
         T_0 = {view: T_0_object @ truth[view] for view in result.views_used if view in truth}
         _write_trajectory(folder / "poses_truth.tum", result, T_0)
     if result.model is not None:
-        ply_file.write(folder / "model.ply", result.model.points, result.model.colors)
+        ply.write(folder / "model.ply", result.model.points, result.model.colors)
         if (mesh := result.model.mesh) is not None:
-            ply_file.write(folder / "model_mesh.ply", mesh.vertices, mesh.colors, mesh.triangles)
+            ply.write(folder / "model_mesh.ply", mesh.vertices, mesh.colors, mesh.triangles)
 
 
 def to_json(result: SessionResult, key: Mapping[str, Any], path: Path, damage: str | None) -> dict[str, Any]:

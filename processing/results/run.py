@@ -11,7 +11,7 @@ import numpy as np
 from orbitscan.processing.results.files import FORMAT_VERSION, read_results
 from orbitscan.processing.results.uncertainty import Extent
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
-from orbitscan.recorder.sources import ply_file
+from orbitscan.recorder.formats import ply
 
 SHOWN_SETTINGS = 5  # that differ
 MAKE_AGAIN = "make it again: orbitscan process --overwrite"
@@ -56,7 +56,7 @@ def read_run(folder: Path) -> Run:
         results = read_results(folder)
         if results["format_version"] != FORMAT_VERSION:
             raise ValueError(f"format_version {results['format_version']}, not {FORMAT_VERSION}")
-        model, colors = ply_file.read(folder / "model.ply") if results["model"] else (None, None)
+        model, colors = ply.read(folder / "model.ply") if results["model"] else (None, None)
         timings = folder / "timings.json"
         seconds = json.loads(timings.read_text(encoding="utf-8")) if timings.is_file() else {}
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from orbitscan.recorder.exceptions import UnknownFormat
+from orbitscan.recorder.formats import pose_file
 from orbitscan.recorder.session import Session
-from orbitscan.recorder.sources import clouds, collection, pose_file, stanford, washington
+from orbitscan.recorder.sources import clouds, collection, stanford, washington
 from orbitscan.recorder.sources.options import CaptureOptions
 
 FORMATS = {"clouds": clouds, "stanford": stanford, "washington": washington}

@@ -10,10 +10,10 @@ from natsort import natsorted
 from orbitscan.recorder import poses
 from orbitscan.recorder.conversion import Conversion
 from orbitscan.recorder.exceptions import InvalidPose, UnknownFormat
+from orbitscan.recorder.formats import cloud_file, pose_file
+from orbitscan.recorder.formats.pose_file import PoseFile
 from orbitscan.recorder.session import Session, SessionInfo, View
-from orbitscan.recorder.sources import cloud_file, pose_file
 from orbitscan.recorder.sources.options import CaptureOptions
-from orbitscan.recorder.sources.pose_file import PoseFile
 
 
 def recognises(path: Path) -> bool:

@@ -10,8 +10,8 @@ from pathlib import Path
 from natsort import natsorted
 
 from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat
+from orbitscan.recorder.formats import cloud_file, pose_file
 from orbitscan.recorder.session import Session, SessionInfo
-from orbitscan.recorder.sources import cloud_file, pose_file
 from orbitscan.recorder.sources.clouds import find_clouds, load_view, sensor_origin
 from orbitscan.recorder.sources.options import CaptureOptions
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from orbitscan.recorder import objects, poses
 from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.formats.mesh_file import read_mesh
 from orbitscan.recorder.session import DEFAULT_VIEWS, Session, SessionInfo, View
 from orbitscan.recorder.sources.depth_sensor import DepthSensor, GaussianSensor, Kinect
-from orbitscan.recorder.sources.mesh_file import read_mesh
 from orbitscan.recorder.sources.scene import Scene
 
 MAX_PIXELS = 8_000_000  # of an image; more would not fit small machines' memory

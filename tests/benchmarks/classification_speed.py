@@ -21,9 +21,9 @@ from orbitscan.processing.classification.descriptor_matching import KINDS, build
 from orbitscan.processing.classification.evaluation import EpochRecord
 from orbitscan.processing.classification.labelled_views import LabelledViews, gather, split_views
 from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
+from orbitscan.recorder.formats import ply
 from orbitscan.recorder.objects import CATEGORIES
 from orbitscan.recorder.session import Session
-from orbitscan.recorder.sources import ply_file
 from orbitscan.recorder.sources.virtual import simulate
 
 TESTED = 475  # views, as in the thesis
@@ -70,7 +70,7 @@ def main() -> None:
     print(f"network, points to probabilities: {network:.2f} s for {TESTED} views, {TESTED / network:.0f} views/s")
     with tempfile.TemporaryDirectory() as folder:
         cloud = Path(folder) / "view.ply"
-        ply_file.write(cloud, clouds[0])
+        ply.write(cloud, clouds[0])
         command = [sys.executable, "-c", "from orbitscan.processing.cli import main; main()", "classify", str(cloud)]
         one = seconds(lambda: subprocess.run(command, check=True, capture_output=True), 3)
     print(f"one view from the shell: {one:.2f} s")

@@ -18,9 +18,9 @@ from orbitscan.processing.batch import Job, process_recording
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import UnreadableRecording
+from orbitscan.recorder.formats import ply
 from orbitscan.recorder.objects import CATEGORIES
 from orbitscan.recorder.session import in_memory
-from orbitscan.recorder.sources import ply_file
 from tests.command import run, start
 from tests.geometry import bottle, scan
 from tests.viewer import RERUN, find_reports, open_viewer
@@ -238,7 +238,7 @@ def test_a_known_step_closes_a_bottle_and_a_mesh_is_written_where_asked_for(tmp_
     assert [view["status"] for view in refined["views"]] == ["ok"] * 3
     assert refined["summary"]["max_rotation_error_deg"] < 1
     assert told["settings"]["pair"]["step_deg"] == 20
-    vertices, _ = ply_file.read(tmp_path / "told" / "bottle" / "model_mesh.ply")
+    vertices, _ = ply.read(tmp_path / "told" / "bottle" / "model_mesh.ply")
     assert len(vertices) > 1000
     assert told["model"]["mesh_triangles"] > 1000
     run("process", "bottle.mcap", "-o", "untold", *options, cwd=tmp_path)

@@ -14,7 +14,7 @@ from orbitscan.processing.classification.labelled_views import gather, split_vie
 from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
 from orbitscan.processing.settings import read_settings
 from orbitscan.recorder import mcap_file
-from orbitscan.recorder.sources import ply_file
+from orbitscan.recorder.formats import ply
 from tests.command import run, start
 from tests.processing.classification import toys
 
@@ -130,7 +130,7 @@ def test_classify_answers_for_a_recording_and_for_a_cloud(trained):
     assert [line.split()[:2] for line in lines[:3]] == [["view", "0"], ["view", "1"], ["view", "2"]]
     assert "fused over 3 views" in lines[3]
     points = next(iter(mcap_file.read(folder / "toys" / "ball_1.mcap").views())).points
-    ply_file.write(folder / "ball.ply", points)
+    ply.write(folder / "ball.ply", points)
     (folder / "ball.csv").write_text("a,px,py,pz\n" + "".join(f"0,{x},{y},{z}\n" for x, y, z in points * 1000))
     fields = (
         "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 200\nHEIGHT 1\nPOINTS 200\nDATA ascii\n"
@@ -153,7 +153,7 @@ def test_classify_answers_for_a_recording_and_for_a_cloud(trained):
 def test_millimetres_taken_for_metres_are_noticed(trained):
     folder, _ = trained
     points = next(iter(mcap_file.read(folder / "toys" / "ball_1.mcap").views())).points
-    ply_file.write(folder / "mm.ply", points * 1000)
+    ply.write(folder / "mm.ply", points * 1000)
     finished = run("classify", "mm.ply", "--model", "toys.pt", cwd=folder)
     assert "mm.ply: unknown" in finished.stdout
     assert "is no size of any category: are --units and --scale right?" in finished.stdout
@@ -235,9 +235,9 @@ def test_wrong_input_of_train_is_one_sentence(trained, arguments, problem):
 def test_wrong_input_of_classify_is_one_sentence(trained, arguments, problem):
     folder, _ = trained
     points = toys.cloud("ball", np.random.default_rng(0))
-    ply_file.write(folder / "cloud.ply", points)
-    ply_file.write(folder / "empty.ply", points[:0])
-    ply_file.write(folder / "nan.ply", points * np.float32(np.nan))
+    ply.write(folder / "cloud.ply", points)
+    ply.write(folder / "empty.ply", points[:0])
+    ply.write(folder / "nan.ply", points * np.float32(np.nan))
     whole = (folder / "toys.pt").read_bytes()
     (folder / "cut.pt").write_bytes(whole[: len(whole) // 2])
     torch.save(torch.load(folder / "toys.pt", weights_only=True) | {"structure": "C(9,3)-FC(3)"}, folder / "other.pt")

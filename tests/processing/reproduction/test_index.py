@@ -17,7 +17,7 @@ from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration_files import read_frames, read_models
 from orbitscan.processing.reproduction.report import Report, write
 from orbitscan.recorder.exceptions import InvalidOption
-from orbitscan.recorder.sources import ply_file
+from orbitscan.recorder.formats import ply
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 CLAIMS = [
@@ -101,7 +101,7 @@ def plan(indexed, tmp_path):
 def leave_results(folder, methods):
     """What registration leaves of a circle; the second view has no estimate."""
     folder.mkdir(parents=True)
-    ply_file.write(folder / "model.ply", np.array([[0.0, -np.cos(np.pi / 6), -0.5]], np.float32))
+    ply.write(folder / "model.ply", np.array([[0.0, -np.cos(np.pi / 6), -0.5]], np.float32))
     lines = ["view,name,method,status,translation_error_m,rotation_error_chordal,rotation_error_deg,center_error_m"]
     for method in methods:
         lines += [f"0,a,{method},ok,0,0,0,0", f"14,b,{method},no_consensus,,,,", f"28,c,{method},ok,0.5,0.25,9,0.125"]

@@ -6,7 +6,7 @@ from typing import IO
 
 import numpy as np
 
-from orbitscan.recorder.sources.point_table import read_bytes, read_lines, split_fields
+from orbitscan.recorder.formats.point_table import read_bytes, read_lines, split_fields
 
 _TYPES = {"F": "f", "I": "i", "U": "u"}
 

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from orbitscan.recorder.exceptions import UnreadableCloud
+from orbitscan.recorder.formats.mesh_file import read_mesh
 from orbitscan.recorder.objects.solids import box
-from orbitscan.recorder.sources.mesh_file import read_mesh
 
 MESH = box(0.3, 0.2, 0.1).painted((200, 100, 0))
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
-from orbitscan.recorder.sources import pcd_file, ply_file
-from orbitscan.recorder.sources.point_table import RGB_FIELDS, read_numbers, split_columns
+from orbitscan.recorder.formats import pcd, ply
+from orbitscan.recorder.formats.point_table import RGB_FIELDS, read_numbers, split_columns
 
 Columns = tuple[str, str, str]  # the names of those that hold x, y and z
 
@@ -104,8 +104,8 @@ def _read_npy(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
 
 
 READERS = {
-    ".ply": ply_file.read,
-    ".pcd": pcd_file.read,
+    ".ply": ply.read,
+    ".pcd": pcd.read,
     ".xyz": _read_text,
     ".csv": _read_text,
     ".npy": _read_npy,

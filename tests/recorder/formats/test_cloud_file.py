@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
-from orbitscan.recorder.sources import cloud_file, ply_file
+from orbitscan.recorder.formats import cloud_file, ply
 
 POINTS = np.array([[0.5, -1.25, 2], [np.nan, np.nan, np.nan], [1e-3, 2e-3, -3e-3], [7, 8, 9]], np.float32)
 COLORS = np.array([[0, 0, 0], [255, 255, 255], [1, 2, 3], [200, 100, 50]], np.uint8)
@@ -327,7 +327,7 @@ def test_real_scans_hold_what_they_declare(data):
 
 @pytest.mark.parametrize("colors", [None, COLORS])
 def test_what_is_written_as_ply_is_read_again(tmp_path, colors):
-    ply_file.write(tmp_path / "cloud.ply", POINTS, colors)
+    ply.write(tmp_path / "cloud.ply", POINTS, colors)
     points, read_colors = cloud_file.read(tmp_path / "cloud.ply")
     assert np.array_equal(points, POINTS, equal_nan=True)
     assert colors is None if read_colors is None else np.array_equal(read_colors, COLORS)

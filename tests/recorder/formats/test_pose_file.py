@@ -7,7 +7,7 @@ import pytest
 
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import InvalidPose
-from orbitscan.recorder.sources import pose_file
+from orbitscan.recorder.formats import pose_file
 from tests.geometry import random_pose
 
 MOTIONS = [random_pose(np.random.default_rng(seed)) for seed in range(4)]

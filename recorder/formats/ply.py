@@ -6,7 +6,7 @@ from typing import IO
 
 import numpy as np
 
-from orbitscan.recorder.sources.point_table import RGB_FIELDS, read_bytes, read_lines, split_fields
+from orbitscan.recorder.formats.point_table import RGB_FIELDS, read_bytes, read_lines, split_fields
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
