@@ -5,8 +5,8 @@ costs one view, poses are read without decompressing clouds. A file with an inta
 or damaged one is searched for the chunks that are still whole. What metadata say is checked by a CRC of their own.
 """
 
-from orbitscan.recorder.mcap_file.description import FORMAT_VERSION
 from orbitscan.recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC
+from orbitscan.recorder.mcap_file.metadata import FORMAT_VERSION
 from orbitscan.recorder.mcap_file.reading import read
 from orbitscan.recorder.mcap_file.unfinished import still_being_written
 from orbitscan.recorder.mcap_file.writing import write

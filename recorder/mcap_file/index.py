@@ -10,8 +10,8 @@ from io import BytesIO
 from mcap.records import Channel, ChunkIndex, MetadataIndex, Statistics
 from mcap.stream_reader import StreamReader
 
-from orbitscan.recorder.mcap_file.description import SESSION, believe
 from orbitscan.recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC
+from orbitscan.recorder.mcap_file.metadata import SESSION, believe
 from orbitscan.recorder.mcap_file.records import (
     CHUNK,
     DAMAGE,

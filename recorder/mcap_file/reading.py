@@ -11,11 +11,11 @@ from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import UnreadableRecording
-from orbitscan.recorder.mcap_file.description import describe
 from orbitscan.recorder.mcap_file.index import read_index, read_summary
 from orbitscan.recorder.mcap_file.messages import ENCODING, POINTS_TOPIC, decode_cloud
+from orbitscan.recorder.mcap_file.metadata import describe
 from orbitscan.recorder.mcap_file.records import DAMAGE, MAGIC, Contents, read_message
-from orbitscan.recorder.mcap_file.search import search
+from orbitscan.recorder.mcap_file.recovery import search
 from orbitscan.recorder.session import Session, View
 
 _REMEDY = "make a recording with 'orbitscan convert'"

@@ -9,8 +9,8 @@ from mcap.writer import CompressionType
 from mcap_protobuf.writer import Writer
 
 from orbitscan.recorder.exceptions import UnwritableOutput
-from orbitscan.recorder.mcap_file.description import SESSION, VIEWS, info_to_metadata, seal
 from orbitscan.recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC, cloud_message, pose_message
+from orbitscan.recorder.mcap_file.metadata import SESSION, VIEWS, info_to_metadata, seal
 from orbitscan.recorder.session import Session
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 from mcap.records import Channel, Message, Metadata
 
-from orbitscan.recorder.mcap_file.description import LOST_AT_MOST, SESSION, VIEWS, believe
 from orbitscan.recorder.mcap_file.framing import Framing, lies_in, walk
 from orbitscan.recorder.mcap_file.index import Summary
 from orbitscan.recorder.mcap_file.messages import ENCODING, POINTS_TOPIC, POSES_TOPIC, look_like
+from orbitscan.recorder.mcap_file.metadata import LOST_AT_MOST, SESSION, VIEWS, believe
 from orbitscan.recorder.mcap_file.records import (
     DAMAGE,
     MAGIC,

@@ -11,7 +11,7 @@ from mcap_protobuf.writer import Writer
 
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.mcap_file import writing
-from orbitscan.recorder.mcap_file.description import believe, seal
+from orbitscan.recorder.mcap_file.metadata import believe, seal
 from tests.recorder.mcap_file.session import assert_same, assert_same_view, make_session
 
 SAMPLE = Path(__file__).parents[3] / "recordings" / "robot.mcap"
