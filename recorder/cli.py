@@ -200,7 +200,7 @@ def simulate(
       orbitscan simulate corpus -o corpus/ --every 10 --workers 4
     """
     from orbitscan.recorder.session import DEFAULT_VIEWS
-    from orbitscan.recorder.sources import virtual
+    from orbitscan.recorder.simulation import camera
 
     options = {"every": every, "distance": distance, "focal": focal, "noise_mm": noise_mm, "seed": seed}
     if what in ("corpus", "others"):
@@ -211,7 +211,7 @@ def simulate(
         return
     if instances is not None:
         raise InvalidOption(f"--instances {instances}", f"is not for {what}", "name 'corpus', or use --instance")
-    session = virtual.simulate(
+    session = camera.simulate(
         what,
         instance=1 if instance is None else instance,
         views=DEFAULT_VIEWS if views is None else views,
@@ -233,7 +233,7 @@ def _record_corpus(
     sensor: "Sensor",
     options: dict[str, Any],
 ) -> None:
-    from orbitscan.recorder import corpus, objects
+    from orbitscan.recorder.simulation import corpus, objects
 
     if instances is not None and instances < 1:
         raise InvalidOption(f"--instances {instances}", "a category has at least one", "give 1 or more")

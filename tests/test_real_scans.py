@@ -7,8 +7,8 @@ from orbitscan.processing.batch import Job, process_recording
 from orbitscan.processing.classification.classifier import Classifier
 from orbitscan.processing.results.files import read_results
 from orbitscan.recorder import mcap_file
+from orbitscan.recorder.simulation.camera import simulate
 from orbitscan.recorder.sources import open_capture
-from orbitscan.recorder.sources.virtual import simulate
 
 
 def convert(source, folder):

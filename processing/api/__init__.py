@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from orbitscan.recorder.exceptions import ScanError
     from orbitscan.recorder.mcap_file import read as open
     from orbitscan.recorder.session import Session
-    from orbitscan.recorder.sources.virtual import simulate
+    from orbitscan.recorder.simulation.camera import simulate
 
     __version__: str
 
@@ -44,7 +44,7 @@ _HOMES = {  # name -> its module, and what it is called there
     "open": ("recorder.mcap_file", "read"),
     "process": ("processing.pipeline", "process"),
     "read_results": ("processing.results.files", "read_results"),
-    "simulate": ("recorder.sources.virtual", "simulate"),
+    "simulate": ("recorder.simulation.camera", "simulate"),
     "with_errors": ("processing.errors", "with_errors"),
 }
 

@@ -3,10 +3,10 @@
 from orbitscan.processing.classification.labelled_views import FEWEST_POINTS
 from orbitscan.processing.reproduction import data
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.recorder import corpus
 from orbitscan.recorder.cloud import finite
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.session import Session, View
+from orbitscan.recorder.simulation import corpus
 
 
 def open_instances(plan: Plan) -> dict[str, list[Session]]:

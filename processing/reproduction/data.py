@@ -13,10 +13,11 @@ import numpy as np
 
 from orbitscan.processing.classification.labelled_views import LabelledViews, Split, gather, split_views
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.recorder import corpus, mcap_file
+from orbitscan.recorder import mcap_file
 from orbitscan.recorder.atomic import write_whole
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.session import Session
+from orbitscan.recorder.simulation import corpus
 from orbitscan.recorder.sources import washington
 from orbitscan.recorder.sources.options import CaptureOptions
 

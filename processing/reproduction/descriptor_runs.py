@@ -25,8 +25,8 @@ from orbitscan.processing.classification.labelled_views import LabelledViews, Sp
 from orbitscan.processing.classification.training import TrainingSettings, train
 from orbitscan.processing.reproduction import data
 from orbitscan.processing.reproduction.data import Data
-from orbitscan.recorder import corpus
 from orbitscan.recorder.session import Session, in_memory
+from orbitscan.recorder.simulation import corpus
 
 KNOWN = 20  # views of each category that descriptors are matched with; the thesis's number is not stated
 TESTED = 475  # views at most, of all categories: thesis table 5.3

@@ -12,10 +12,10 @@ from orbitscan.processing.reproduction.drawing_views import draw_view, picture_s
 from orbitscan.processing.reproduction.grids import PLACE, Grid, make_grid
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
-from orbitscan.recorder import corpus
 from orbitscan.recorder.cloud import finite
 from orbitscan.recorder.session import DEFAULT_VIEWS, Session, View
-from orbitscan.recorder.sources.virtual import simulate
+from orbitscan.recorder.simulation import corpus
+from orbitscan.recorder.simulation.camera import simulate
 
 OBJECTS = ("bin", "statue", "helicopter", "robot", "vacuum_cleaner")  # thesis 5.2
 THESIS_POINTS = {name: 90_000 if name == "helicopter" else 30_000 for name in OBJECTS}  # of a view, at least

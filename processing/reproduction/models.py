@@ -20,10 +20,11 @@ from orbitscan.processing.reproduction.registration_runs import OBJECTS, Run, ru
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface import choose_scale
-from orbitscan.recorder import mcap_file, objects, poses
+from orbitscan.recorder import mcap_file, poses
 from orbitscan.recorder.formats import ply
 from orbitscan.recorder.libraries import load_open3d
 from orbitscan.recorder.session import Session
+from orbitscan.recorder.simulation import objects
 
 SHOWN = ("icp", "ransac_icp", "refined")  # the thesis's two, and ours
 _DRAWN = 30_000  # points of a model

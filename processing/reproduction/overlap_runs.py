@@ -14,9 +14,10 @@ from orbitscan.processing.errors import with_errors
 from orbitscan.processing.pipeline import process
 from orbitscan.processing.results.records import PairEstimate, SessionResult
 from orbitscan.processing.settings import Settings
-from orbitscan.recorder import objects, poses
+from orbitscan.recorder import poses
 from orbitscan.recorder.session import Session, SessionInfo, View, in_memory
-from orbitscan.recorder.sources.virtual import simulate
+from orbitscan.recorder.simulation import objects
+from orbitscan.recorder.simulation.camera import simulate
 
 IDENTITY = "identity + refiner"  # our control: `pairwise` without any feature
 METHODS = ("icp", "ransac_icp", IDENTITY, "pairwise")

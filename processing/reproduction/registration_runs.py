@@ -19,7 +19,7 @@ from orbitscan.processing.workers import process_all
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.atomic import write_whole
 from orbitscan.recorder.session import first_views
-from orbitscan.recorder.sources.virtual import simulate
+from orbitscan.recorder.simulation.camera import simulate
 
 OBJECTS = {  # thesis 5.2 -> focal length [pixels] at which a view has about 30,000 points, the helicopter's 105,000
     "bin": 665.0,

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from orbitscan.recorder import objects
 from orbitscan.recorder.exceptions import UnreadableCloud
 from orbitscan.recorder.mesh import Mesh
+from orbitscan.recorder.simulation import objects
 
 MAX_DIAMETER = 20.0  # [m]; a mesh beyond it is in millimetres
 

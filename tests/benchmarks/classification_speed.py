@@ -22,9 +22,9 @@ from orbitscan.processing.classification.evaluation import EpochRecord
 from orbitscan.processing.classification.labelled_views import LabelledViews, gather, split_views
 from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
 from orbitscan.recorder.formats import ply
-from orbitscan.recorder.objects import CATEGORIES
 from orbitscan.recorder.session import Session
-from orbitscan.recorder.sources.virtual import simulate
+from orbitscan.recorder.simulation.camera import simulate
+from orbitscan.recorder.simulation.objects import CATEGORIES
 
 TESTED = 475  # views, as in the thesis
 THESIS_SECONDS = {"network": "< 0.1 (GPU)", "shot": 175, "fpfh": 240, "pfh": 6049, "esf": 15}

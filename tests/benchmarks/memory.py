@@ -15,7 +15,7 @@ from rich.progress import track
 
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.session import Session
-from orbitscan.recorder.sources.virtual import simulate
+from orbitscan.recorder.simulation.camera import simulate
 
 LIMIT_GB = 1.5
 

@@ -4,9 +4,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from orbitscan.recorder import objects
 from orbitscan.recorder.mesh import Mesh
-from orbitscan.recorder.sources.depth_sensor import KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG
+from orbitscan.recorder.simulation import objects
+from orbitscan.recorder.simulation.sensors import KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG
 
 CREASE_DEG = 25.0  # facets that meet at less stand for a round surface
 SAME = 2e-4  # of the distance: two hits on one ray are one point
@@ -52,7 +52,7 @@ class Scene:
 
 @lru_cache(maxsize=4)
 def of_object(name: str, instance: int) -> Scene:
-    """The scene of one of `orbitscan.recorder.objects`."""
+    """The scene of one of `orbitscan.recorder.simulation.objects`."""
     return Scene(objects.build(name, instance))
 
 

@@ -6,9 +6,10 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from orbitscan.recorder import objects, poses
+from orbitscan.recorder import poses
 from orbitscan.recorder.session import Session, in_memory
-from orbitscan.recorder.sources.virtual import simulate
+from orbitscan.recorder.simulation import objects
+from orbitscan.recorder.simulation.camera import simulate
 from tests.benchmarks import scene as scenes
 from tests.benchmarks.floor import Information, inform, pair_variance
 from tests.benchmarks.scene import Scene

@@ -19,8 +19,8 @@ from orbitscan.processing.classification import PACKAGED
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import UnreadableRecording
 from orbitscan.recorder.formats import ply
-from orbitscan.recorder.objects import CATEGORIES
 from orbitscan.recorder.session import in_memory
+from orbitscan.recorder.simulation.objects import CATEGORIES
 from tests.command import run, start
 from tests.geometry import bottle, scan
 from tests.viewer import RERUN, find_reports, open_viewer

@@ -325,7 +325,7 @@ def test_simulate_records_an_object(orbitscan, tmp_path):
 
 @pytest.fixture
 def one_bowl(monkeypatch):
-    monkeypatch.setattr("orbitscan.recorder.corpus.INSTANCES", {"bowl": 1})
+    monkeypatch.setattr("orbitscan.recorder.simulation.corpus.INSTANCES", {"bowl": 1})
 
 
 def test_simulate_records_a_corpus_and_goes_on_with_it(orbitscan, tmp_path, one_bowl):
@@ -351,7 +351,7 @@ def test_one_object_is_seen_by_a_kinect(orbitscan, tmp_path):
 
 
 def test_other_things_are_a_corpus_too(orbitscan, tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitscan.recorder.objects.OTHERS", ("bin",), raising=False)
+    monkeypatch.setattr("orbitscan.recorder.simulation.objects.OTHERS", ("bin",), raising=False)
     status, out, _ = orbitscan("simulate", "others", "-o", "others", "--views", "2")
     assert (status, out.splitlines()[0]) == (0, "others: 9 recordings, 18 views")
     assert (tmp_path / "others" / "bin_3_4.mcap").exists()

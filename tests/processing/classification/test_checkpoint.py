@@ -151,7 +151,7 @@ def test_weights_of_half_precision_classify_in_single(model, path):
 
 def test_the_packaged_model_is_small_and_knows_the_ten_categories():
     from orbitscan.processing.classification import PACKAGED
-    from orbitscan.recorder.objects import CATEGORIES
+    from orbitscan.recorder.simulation.objects import CATEGORIES
 
     assert PACKAGED.stat().st_size < 1_000_000
     found = load()

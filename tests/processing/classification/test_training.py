@@ -19,8 +19,8 @@ from orbitscan.processing.classification.training import (
 )
 from orbitscan.processing.classification.voxels import VoxelSettings
 from orbitscan.processing.settings import read_settings
-from orbitscan.recorder import corpus
 from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.simulation import corpus
 from tests.processing.classification import toys
 
 SMALL = TrainingSettings(

@@ -18,7 +18,7 @@ from orbitscan.processing.reproduction import (
 )
 from orbitscan.processing.review import plots
 from orbitscan.recorder import cli as recorder_cli
-from orbitscan.recorder import corpus
+from orbitscan.recorder.simulation import corpus
 
 
 @pytest.fixture

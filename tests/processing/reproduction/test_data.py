@@ -5,8 +5,8 @@ import pytest
 
 from orbitscan.processing.reproduction import data
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.recorder import corpus
 from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.simulation import corpus
 
 SMALL = {"bowl": 2, "cell_phone": 3}
 

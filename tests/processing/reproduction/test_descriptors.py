@@ -15,8 +15,8 @@ from orbitscan.processing.reproduction.descriptor_runs import (
 )
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.training_run import Training, change_thesis, train_once
-from orbitscan.recorder import corpus
 from orbitscan.recorder.session import Session
+from orbitscan.recorder.simulation import corpus
 from tests.processing.classification import toys
 from tests.processing.reproduction import fakes
 

@@ -9,9 +9,9 @@ from orbitscan.processing.reproduction import circles, drawing, gallery
 from orbitscan.processing.reproduction.drawing_views import draw_view, picture_size
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import write
-from orbitscan.recorder import corpus
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.session import View
+from orbitscan.recorder.simulation import corpus
 from tests.processing.reproduction.test_grids import make_session, make_sphere
 
 PCD = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n"

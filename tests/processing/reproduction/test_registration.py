@@ -16,7 +16,7 @@ from orbitscan.processing.reproduction.registration_runs import (
 )
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import ScanError
-from orbitscan.recorder.sources.virtual import simulate
+from orbitscan.recorder.simulation.camera import simulate
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import trimesh
 
 from orbitscan.recorder.exceptions import UnreadableCloud
 from orbitscan.recorder.formats.mesh_file import read_mesh
-from orbitscan.recorder.objects.solids import box
+from orbitscan.recorder.simulation.objects.solids import box
 
 MESH = box(0.3, 0.2, 0.1).painted((200, 100, 0))
 

@@ -8,8 +8,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
-from orbitscan.recorder import objects
 from orbitscan.recorder.mesh import Mesh
+from orbitscan.recorder.simulation import objects
 
 
 @cache

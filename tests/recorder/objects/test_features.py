@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, cKDTree
 
-from orbitscan.recorder.objects import bowl, cap, cell_phone, notebook, pliers, vessel, water_bottle
-from orbitscan.recorder.objects.cell_phone.folding import flip_open, flip_shut
-from orbitscan.recorder.objects.notebook.opened import ajar, open_coiled, open_flat
-from orbitscan.recorder.objects.pliers.adjustable import tongue_and_groove
-from orbitscan.recorder.objects.pliers.fixed import mini, needle_nose
+from orbitscan.recorder.simulation.objects import bowl, cap, cell_phone, notebook, pliers, vessel, water_bottle
+from orbitscan.recorder.simulation.objects.cell_phone.folding import flip_open, flip_shut
+from orbitscan.recorder.simulation.objects.notebook.opened import ajar, open_coiled, open_flat
+from orbitscan.recorder.simulation.objects.pliers.adjustable import tongue_and_groove
+from orbitscan.recorder.simulation.objects.pliers.fixed import mini, needle_nose
 from tests.recorder.objects.shapes import crossings, dents, extents, instances, largest_part, of_style
 
 ROUND_CELLS = {  # the largest diameter and length of IEC 60086-2 [m]
