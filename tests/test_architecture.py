@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ORDER = [  # of processing; a module imports only what stands above it
     "results.records",
+    "kernels",
     "features",
     "surface",
     "classification",

@@ -6,7 +6,7 @@ each; the distance, f4, is not used. Not part of the registration: for compariso
 
 import numpy as np
 
-from orbitscan.processing.features.grid import Cells, build, rows_around
+from orbitscan.processing.kernels.grid import Cells, build, rows_around
 from orbitscan.recorder.kernels import kernel, over_slices
 
 STEPS = 5  # of each angle

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from orbitscan.processing.features.cholesky import solve
-from orbitscan.processing.features.grid import Cells, build, rows_around
+from orbitscan.processing.kernels.cholesky import solve
+from orbitscan.processing.kernels.grid import Cells, build, rows_around
 from orbitscan.recorder.kernels import kernel, over_slices
 
 TERMS = 6  # 1, x, y, x^2, x y, y^2

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.features.eigen import symmetric_eigen
-from orbitscan.processing.features.grid import Cells, build, rows_around
+from orbitscan.processing.kernels.eigen import symmetric_eigen
+from orbitscan.processing.kernels.grid import Cells, build, rows_around
 from orbitscan.recorder.kernels import kernel, over_slices
 
 LENGTH = 352

@@ -7,7 +7,7 @@ import numpy as np
 from numba import get_num_threads
 from scipy.spatial import cKDTree
 
-from orbitscan.processing.features.grid import cell_means
+from orbitscan.processing.kernels.grid import cell_means
 from orbitscan.processing.reconstruction.mesh import MeshSettings, reconstruct_mesh
 from orbitscan.processing.results.records import Model
 from orbitscan.processing.surface import Scale

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.processing.features.grid import Cells
+from orbitscan.processing.kernels.grid import Cells
 from orbitscan.processing.reconstruction.partners import Target, nearest_partner
 from orbitscan.processing.surface import Surfels
 from orbitscan.recorder.kernels import kernel, over_slices

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.features.grid import Cells, Grid, build, rows_around
+from orbitscan.processing.kernels.grid import Cells, Grid, build, rows_around
 from orbitscan.processing.surface import Surfels
 from orbitscan.recorder.kernels import kernel, over_slices
 

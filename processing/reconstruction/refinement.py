@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.features.cholesky import solve
-from orbitscan.processing.features.grid import Cells
+from orbitscan.processing.kernels.cholesky import solve
+from orbitscan.processing.kernels.grid import Cells
 from orbitscan.processing.reconstruction.normal_equations import accumulate, normal_equations
 from orbitscan.processing.reconstruction.partners import Target
 from orbitscan.processing.surface import Surfels

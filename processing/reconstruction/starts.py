@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.features.grid import Cells
+from orbitscan.processing.kernels.grid import Cells
 from orbitscan.processing.reconstruction.partners import nearest_partner
 from orbitscan.processing.reconstruction.prepared import Prepared
 from orbitscan.processing.reconstruction.ransac import count_inliers

@@ -17,7 +17,7 @@ from orbitscan.processing.classification.descriptor_matching import (
     describe_view,
     nearest_distances,
 )
-from orbitscan.processing.features.grid import cell_means
+from orbitscan.processing.kernels.grid import cell_means
 from orbitscan.recorder.exceptions import InvalidOption
 from tests.geometry import cylinder, plane, sphere
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from orbitscan.processing.features.grid import build, cell_means, rows_around
+from orbitscan.processing.kernels.grid import build, cell_means, rows_around
 
 
 def test_rows_hold_every_neighbour_within_a_cell():

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from orbitscan.processing.features.grid import build
-from orbitscan.processing.features.moments import moments_around
+from orbitscan.processing.kernels.grid import build
+from orbitscan.processing.kernels.moments import moments_around
 
 
 def test_sums_over_the_ball():

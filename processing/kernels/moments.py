@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.processing.features.grid import Cells, rows_around
+from orbitscan.processing.kernels.grid import Cells, rows_around
 from orbitscan.recorder.kernels import kernel
 
 

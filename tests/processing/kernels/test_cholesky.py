@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitscan.processing.features.cholesky import solve
+from orbitscan.processing.kernels.cholesky import solve
 
 
 @given(st.integers(0, 10**6), st.integers(1, 8))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orbitscan.processing.features.eigen import symmetric_eigen
+from orbitscan.processing.kernels.eigen import symmetric_eigen
 
 
 @pytest.mark.parametrize("eigenvalues", [(1, 2, 3), (1e-12, 1e-6, 1), (1, 1, 2), (0, 0, 0), (2, 2, 2), (-3, 0, 5)])
