@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from orbitscan.processing.features import keypoints, normals, quadric, shot
+from orbitscan.processing.features import keypoints, shot
 from orbitscan.processing.reconstruction import normal_equations, partners, ransac, refinement, starts
+from orbitscan.processing.surface import normals, quadric
 from orbitscan.recorder.kernels import is_kept
 
 KERNELS = (

@@ -28,7 +28,7 @@ from orbitscan.processing.reconstruction.trajectory import Placed, Trajectory
 from orbitscan.processing.reconstruction.turntable import fit_turntable
 from orbitscan.processing.results.records import METHODS, PairEstimate, SessionResult, ViewRecord, ViewResult
 from orbitscan.processing.settings import Settings
-from orbitscan.processing.surface import Scale, choose_scale, prepare
+from orbitscan.processing.surface.preparation import Scale, choose_scale, prepare
 from orbitscan.processing.timing import SESSION, Stopwatch, total
 from orbitscan.recorder.session import SessionInfo, View, Views
 

@@ -15,7 +15,7 @@ from orbitscan.processing.reconstruction.matching import MatchSettings
 from orbitscan.processing.reconstruction.model import ModelSettings
 from orbitscan.processing.reconstruction.ransac import RansacSettings
 from orbitscan.processing.reconstruction.turntable import TurntableSettings
-from orbitscan.processing.surface import SurfaceSettings
+from orbitscan.processing.surface.preparation import SurfaceSettings
 from orbitscan.recorder.exceptions import InvalidOption
 
 Kind = TypeVar("Kind")

@@ -11,8 +11,8 @@ ROOT = Path(__file__).parents[1]
 ORDER = [  # of processing; a module imports only what stands above it
     "results.records",
     "kernels",
-    "features",
     "surface",
+    "features",
     "classification",
     "reconstruction",
     "settings",

@@ -14,8 +14,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from orbitscan.processing.features import esf, fpfh, pfh, shot
-from orbitscan.processing.features.normals import estimate_normals
 from orbitscan.processing.kernels.grid import cell_means
+from orbitscan.processing.surface.normals import estimate_normals
 from orbitscan.recorder.cloud import finite
 from orbitscan.recorder.exceptions import InvalidOption
 

@@ -22,7 +22,7 @@ from orbitscan.processing.reconstruction.symmetry import (
 )
 from orbitscan.processing.reconstruction.turntable import turn_by_step
 from orbitscan.processing.results.records import Candidate, Evidence, Freedom, PairEstimate
-from orbitscan.processing.surface import Surfels
+from orbitscan.processing.surface.preparation import Surfels
 
 _SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place
 _SETTLING = (1.6, 0.8, 0.8, 0.4, 0.2)  # steps along a weak motion, in what makes two poses distinct

@@ -7,7 +7,7 @@ import numpy as np
 from orbitscan.processing.reconstruction.free_space import look_up
 from orbitscan.processing.reconstruction.partners import find_partners
 from orbitscan.processing.reconstruction.prepared import Prepared
-from orbitscan.processing.surface import Surfels
+from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
 _NOISE = 4.0  # standard deviations of a point by which it may lie before a surface, besides the settings' share

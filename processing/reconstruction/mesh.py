@@ -6,7 +6,7 @@ import numpy as np
 from numba import get_num_threads
 from scipy.spatial import cKDTree
 
-from orbitscan.processing.features.normals import estimate_normals
+from orbitscan.processing.surface.normals import estimate_normals
 from orbitscan.recorder.libraries import load_open3d
 from orbitscan.recorder.mesh import Mesh
 

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from orbitscan.processing.kernels.grid import cell_means
 from orbitscan.processing.reconstruction.mesh import MeshSettings, reconstruct_mesh
 from orbitscan.processing.results.records import Model
-from orbitscan.processing.surface import Scale
+from orbitscan.processing.surface.preparation import Scale
 from orbitscan.recorder import cloud, poses
 from orbitscan.recorder.session import View
 

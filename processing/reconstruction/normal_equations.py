@@ -4,7 +4,7 @@ import numpy as np
 
 from orbitscan.processing.kernels.grid import Cells
 from orbitscan.processing.reconstruction.partners import Target, nearest_partner
-from orbitscan.processing.surface import Surfels
+from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder.kernels import kernel, over_slices
 
 _CHUNKS = 16  # sums are made in so many parts, whatever the number of threads: the same bits on every machine

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitscan.processing.kernels.grid import Cells, Grid, build, rows_around
-from orbitscan.processing.surface import Surfels
+from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder.kernels import kernel, over_slices
 
 _FEW = 2000  # points for whose partners it is not worth to start threads

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from orbitscan.processing.reconstruction.free_space import RangeImage, make_range_image
 from orbitscan.processing.reconstruction.partners import Target, make_target
 from orbitscan.processing.reconstruction.refinement import RefinementSettings
-from orbitscan.processing.surface import Scale, Surface, Surfels
+from orbitscan.processing.surface.preparation import Scale, Surface, Surfels
 from orbitscan.recorder.session import View, Views
 
 _PIXEL = 1.0  # of the range image, in multiples of the working resolution

@@ -9,7 +9,7 @@ from orbitscan.processing.kernels.cholesky import solve
 from orbitscan.processing.kernels.grid import Cells
 from orbitscan.processing.reconstruction.normal_equations import accumulate, normal_equations
 from orbitscan.processing.reconstruction.partners import Target
-from orbitscan.processing.surface import Surfels
+from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 from orbitscan.recorder.kernels import kernel, over_slices
 

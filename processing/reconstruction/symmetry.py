@@ -13,7 +13,7 @@ from orbitscan.processing.reconstruction.prepared import Prepared
 from orbitscan.processing.reconstruction.refinement import RefinementSettings
 from orbitscan.processing.reconstruction.starts import StartSettings, screen
 from orbitscan.processing.results.records import Freedom
-from orbitscan.processing.surface import Surfels
+from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
 _APART = 1.5  # radians between two alignments whose motion tells a free axis ...

@@ -19,7 +19,7 @@ from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration_runs import OBJECTS, Run, run_all
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.settings import Settings
-from orbitscan.processing.surface import choose_scale
+from orbitscan.processing.surface.preparation import choose_scale
 from orbitscan.recorder import mcap_file, poses
 from orbitscan.recorder.formats import ply
 from orbitscan.recorder.libraries import load_open3d

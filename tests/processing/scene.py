@@ -10,7 +10,7 @@ from orbitscan.processing.reconstruction.prepared import Prepared
 from orbitscan.processing.reconstruction.ransac import estimate_pose
 from orbitscan.processing.results.records import Evidence, PairEstimate
 from orbitscan.processing.settings import Settings
-from orbitscan.processing.surface import choose_scale, prepare
+from orbitscan.processing.surface.preparation import choose_scale, prepare
 from orbitscan.recorder import poses
 
 SETTINGS = Settings()

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from orbitscan.processing.features.normals import estimate_normals
+from orbitscan.processing.surface.normals import estimate_normals
 from orbitscan.recorder.kernels import kernel, over_slices
 
 

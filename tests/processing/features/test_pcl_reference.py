@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.features.keypoints import KeypointSettings, detect_keypoints
-from orbitscan.processing.features.normals import estimate_normals
 from orbitscan.processing.features.shot import LENGTH, describe
+from orbitscan.processing.surface.normals import estimate_normals
 
 
 @pytest.fixture(scope="module")

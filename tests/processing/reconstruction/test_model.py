@@ -7,7 +7,7 @@ import pytest
 
 from orbitscan.processing.reconstruction.mesh import MeshSettings
 from orbitscan.processing.reconstruction.model import ModelSettings, build_model, find_inliers, merge
-from orbitscan.processing.surface import Scale
+from orbitscan.processing.surface.preparation import Scale
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import View
 from tests.geometry import blob, random_pose, sphere

@@ -3,7 +3,7 @@
 import numpy as np
 
 from orbitscan.processing.reconstruction.partners import find_partners, make_target
-from orbitscan.processing.surface import Surfels
+from orbitscan.processing.surface.preparation import Surfels
 
 
 def test_partners_are_the_nearest_that_face_the_same_way():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.reconstruction.prepared import Shelf
-from orbitscan.processing.surface import Surfels
+from orbitscan.processing.surface.preparation import Surfels
 from tests.geometry import scan
 from tests.processing.scene import Scene
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.features.normals import estimate_normals
-from orbitscan.processing.features.quadric import fit_quadrics
 from orbitscan.processing.kernels import grid
+from orbitscan.processing.surface.normals import estimate_normals
+from orbitscan.processing.surface.quadric import fit_quadrics
 from orbitscan.recorder import cloud
 from orbitscan.recorder.session import View, Views
 

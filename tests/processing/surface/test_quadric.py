@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from orbitscan.processing.features.quadric import MIN_NEIGHBOURS, fit_quadrics
+from orbitscan.processing.surface.quadric import MIN_NEIGHBOURS, fit_quadrics
 from orbitscan.recorder import poses
 from tests.geometry import random_pose, sphere
 

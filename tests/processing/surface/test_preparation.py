@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.surface import SurfaceSettings, choose_scale, prepare
+from orbitscan.processing.surface.preparation import SurfaceSettings, choose_scale, prepare
 from orbitscan.recorder.session import SessionInfo, View, in_memory
 from tests.geometry import scan, sphere
 
