@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from orbitscan.processing.features import keypoints, shot
-from orbitscan.processing.reconstruction import normal_equations, partners, ransac, refinement, starts
+from orbitscan.processing.registration import correspondences, hypotheses, normal_equations, ransac, surface_icp
 from orbitscan.processing.surface import normals, quadric
 from orbitscan.recorder.kernels import is_kept
 
@@ -17,10 +17,10 @@ KERNELS = (
     shot._describe,
     quadric._fit,
     ransac._count_inliers,
-    partners._partners,
+    correspondences._partners,
     normal_equations._accumulate_chunks,
-    refinement._align_each,
-    starts._screen,
+    surface_icp._align_each,
+    hypotheses._screen,
 )
 
 

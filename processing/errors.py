@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.freedom import take_out
+from orbitscan.processing.registration.unobservable import take_out
 from orbitscan.processing.results.records import (
     Centroid,
     MethodResult,

@@ -11,21 +11,21 @@ import numpy as np
 
 from orbitscan.processing.features.keypoints import detect_keypoints
 from orbitscan.processing.features.shot import describe
-from orbitscan.processing.reconstruction.competition import doubt
 from orbitscan.processing.reconstruction.joint import refine_jointly
-from orbitscan.processing.reconstruction.matching import match
 from orbitscan.processing.reconstruction.model import build_model
-from orbitscan.processing.reconstruction.pair import (
+from orbitscan.processing.reconstruction.trajectory import Placed, Trajectory
+from orbitscan.processing.reconstruction.turntable import fit_turntable
+from orbitscan.processing.registration.competition import doubt
+from orbitscan.processing.registration.matching import match
+from orbitscan.processing.registration.pair import (
     Matches,
     last_correspondences,
     register_competing,
     register_consensus,
     register_icp,
 )
-from orbitscan.processing.reconstruction.prepared import Prepared, Shelf
-from orbitscan.processing.reconstruction.ransac import estimate_pose
-from orbitscan.processing.reconstruction.trajectory import Placed, Trajectory
-from orbitscan.processing.reconstruction.turntable import fit_turntable
+from orbitscan.processing.registration.prepared_view import Prepared, Shelf
+from orbitscan.processing.registration.ransac import estimate_pose
 from orbitscan.processing.results.records import METHODS, PairEstimate, SessionResult, ViewRecord, ViewResult
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import Scale, choose_scale, prepare

@@ -9,12 +9,12 @@ from pydantic import TypeAdapter, ValidationError
 
 from orbitscan.processing.features.keypoints import KeypointSettings
 from orbitscan.processing.features.shot import ShotSettings
-from orbitscan.processing.reconstruction.competition import PairSettings
 from orbitscan.processing.reconstruction.graph import GraphSettings
-from orbitscan.processing.reconstruction.matching import MatchSettings
 from orbitscan.processing.reconstruction.model import ModelSettings
-from orbitscan.processing.reconstruction.ransac import RansacSettings
 from orbitscan.processing.reconstruction.turntable import TurntableSettings
+from orbitscan.processing.registration.competition import PairSettings
+from orbitscan.processing.registration.matching import MatchSettings
+from orbitscan.processing.registration.ransac import RansacSettings
 from orbitscan.processing.surface.preparation import SurfaceSettings
 from orbitscan.recorder.exceptions import InvalidOption
 

@@ -14,6 +14,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "surface",
     "features",
     "classification",
+    "registration",
     "reconstruction",
     "settings",
     "timing",

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.reconstruction.freedom import release
+from orbitscan.processing.registration.unobservable import release
 from orbitscan.processing.results.records import PairEstimate
 from orbitscan.recorder import poses
 

@@ -6,10 +6,10 @@ from itertools import pairwise as successive
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.competition import PairSettings, doubt, register_from
-from orbitscan.processing.reconstruction.freedom import same_freedom
 from orbitscan.processing.reconstruction.graph import GraphSettings, Solution, choose_edges, solve, viewing_direction
-from orbitscan.processing.reconstruction.prepared import Prepared, Shelf
+from orbitscan.processing.registration.competition import PairSettings, doubt, register_from
+from orbitscan.processing.registration.prepared_view import Prepared, Shelf
+from orbitscan.processing.registration.unobservable import same_freedom
 from orbitscan.processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
 from orbitscan.recorder import poses
 

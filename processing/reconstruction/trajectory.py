@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.prepared import Prepared
+from orbitscan.processing.registration.prepared_view import Prepared
 from orbitscan.processing.results.records import MethodResult, PairEstimate, ViewEstimate, summarize
 
 _NEAR = 1  # views back at which the last connected one is still worth trying: one bad view costs one view

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.results.records import Freedom, Turntable, TurntableDeviation
+from orbitscan.processing.results.records import Turntable, TurntableDeviation
 from orbitscan.recorder import poses
-
-_FINENESS_DEG = 0.02  # of the turns looked at for a known step
 
 
 @dataclass(frozen=True)
@@ -58,18 +56,3 @@ def fit_turntable(T_0: Mapping[int, np.ndarray], settings: TurntableSettings) ->
         for view, s, w, shift in zip(views, slip, wobble, shifts, strict=True)
     )
     return Turntable(axis, point, step, deviations)
-
-
-def turn_by_step(T: np.ndarray, free: Freedom, step_deg: float) -> np.ndarray:
-    """The pose T_target_source turned about a free axis until the whole motion turns by a known step [degrees].
-
-    Positive steps are those of a camera that goes round counterclockwise seen from above (a camera's y points down).
-    """
-    step_deg = (step_deg + 180) % 360 - 180
-    angles = np.radians(np.arange(0, 360, _FINENESS_DEG))
-    turns = Rotation.from_rotvec(angles[:, None] * free.axis)
-    whole = (turns * Rotation.from_matrix(T[:3, :3])).as_rotvec()
-    off = np.abs(np.linalg.norm(whole, axis=1) - abs(np.radians(step_deg)))
-    off[np.sign(-whole[:, 1]) != np.sign(step_deg)] += 2 * np.pi
-    R = turns[int(off.argmin())].as_matrix()
-    return poses.make(R, free.point - R @ free.point) @ T

@@ -4,10 +4,10 @@ import numpy as np
 
 from orbitscan.processing.features.keypoints import detect_keypoints
 from orbitscan.processing.features.shot import describe
-from orbitscan.processing.reconstruction.matching import match
-from orbitscan.processing.reconstruction.pair import Matches, register_competing
-from orbitscan.processing.reconstruction.prepared import Prepared
-from orbitscan.processing.reconstruction.ransac import estimate_pose
+from orbitscan.processing.registration.matching import match
+from orbitscan.processing.registration.pair import Matches, register_competing
+from orbitscan.processing.registration.prepared_view import Prepared
+from orbitscan.processing.registration.ransac import estimate_pose
 from orbitscan.processing.results.records import Evidence, PairEstimate
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import choose_scale, prepare

@@ -6,11 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.reconstruction.turntable import TurntableSettings, fit_turntable, turn_by_step
-from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.reconstruction.turntable import TurntableSettings, fit_turntable
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
-from tests.processing.scene import degrees
 
 HOW = TurntableSettings()
 
@@ -117,22 +115,3 @@ def test_too_few_views_or_too_small_a_turn_are_no_turntable():
     assert fit_turntable(turned(axis, point, 30, range(3)), HOW) is not None
     assert fit_turntable(turned(axis, point, 1, range(5)), HOW) is None
     assert fit_turntable({i: np.eye(4) for i in range(5)}, HOW) is None
-
-
-@pytest.mark.parametrize("step_deg", [-40.0, -12.0, 7.0, 25.0, 90.0])
-def test_a_free_turn_is_set_by_a_known_step(step_deg):
-    """The camera's y axis points down: a positive step goes counterclockwise seen from above."""
-    up, point = np.array([0, -1.0, 0]), np.array([0.01, 0, 0.9])
-    right = turn(up, point, step_deg)
-    wrong = turn(up, point, 63.0) @ right
-    for axis in (up, -up):
-        assert np.allclose(turn_by_step(wrong, Freedom("turn", axis, point), step_deg), right, atol=1e-3)
-
-
-def test_a_known_step_of_a_tilted_camera_leaves_what_is_not_free():
-    """The camera looks down on a bottle: the axis is tilted, and the pair was found with an error across it."""
-    axis, point = np.array([0, -0.9, -np.sqrt(0.19)]), np.array([0.01, 0, 0.9])
-    across = turn(np.array([1.0, 0, 0]), point, 0.3)
-    found = turn_by_step(turn(axis, point, 150) @ across @ turn(axis, point, 20), Freedom("turn", axis, point), 20)
-    assert degrees(found, turn(axis, point, 20)) < 0.5
-    assert np.allclose((found @ np.append(point, 1))[:3], (across @ np.append(point, 1))[:3], atol=1e-6)

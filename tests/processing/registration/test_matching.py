@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from orbitscan.processing.reconstruction.matching import MatchSettings, match
+from orbitscan.processing.registration.matching import MatchSettings, match
 
 
 def unit(rng, n):

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitscan.processing.kernels.grid import Cells
-from orbitscan.processing.reconstruction.partners import nearest_partner
-from orbitscan.processing.reconstruction.prepared import Prepared
-from orbitscan.processing.reconstruction.ransac import count_inliers
+from orbitscan.processing.registration.correspondences import nearest_partner
+from orbitscan.processing.registration.prepared_view import Prepared
+from orbitscan.processing.registration.ransac import count_inliers
 from orbitscan.recorder.kernels import kernel, over_slices
 
 _UNSEEN = (np.eye(4), 1.0, np.zeros(2), np.empty((0, 0)), np.empty((0, 0), np.bool_))  # no range image

@@ -6,21 +6,20 @@ from typing import Literal
 
 import numpy as np
 
-from orbitscan.processing.reconstruction import judgement, refinement
-from orbitscan.processing.reconstruction.freedom import hold, take_out
-from orbitscan.processing.reconstruction.judgement import Judgement, JudgementSettings
-from orbitscan.processing.reconstruction.matching import MatchSettings
-from orbitscan.processing.reconstruction.prepared import Prepared
-from orbitscan.processing.reconstruction.refinement import Refined, RefinementSettings
-from orbitscan.processing.reconstruction.starts import StartSettings
-from orbitscan.processing.reconstruction.symmetry import (
+from orbitscan.processing.registration import surface_icp, verification
+from orbitscan.processing.registration.hypotheses import StartSettings
+from orbitscan.processing.registration.matching import MatchSettings
+from orbitscan.processing.registration.prepared_view import Prepared
+from orbitscan.processing.registration.surface_icp import Refined, RefinementSettings
+from orbitscan.processing.registration.symmetry import (
     Motion,
     SymmetrySettings,
     find_freedoms,
     turned_around,
     weak_motions,
 )
-from orbitscan.processing.reconstruction.turntable import turn_by_step
+from orbitscan.processing.registration.unobservable import hold, take_out, turn_by_step
+from orbitscan.processing.registration.verification import Judgement, JudgementSettings
 from orbitscan.processing.results.records import Candidate, Evidence, Freedom, PairEstimate
 from orbitscan.processing.surface.preparation import Surfels
 
@@ -85,10 +84,10 @@ def register_from(
     if nearly_slides and best.judged.score >= belief.min_score:
         freedoms = find_freedoms(best.T, motions, source, target, settings.refinement, belief, settings.symmetry)
     rivals = [trial for trial in others if _is_rival(trial, best, freedoms, source, belief)]
-    equal = [trial for trial in rivals if judgement.as_good(trial.judged, best.judged, belief)]
+    equal = [trial for trial in rivals if verification.as_good(trial.judged, best.judged, belief)]
     if freedoms and settings.step_deg is not None:
         best, freedoms = _use_step(best, freedoms, source, target, settings)
-    status = judgement.status_of(best.judged, belief, nearly_slides)
+    status = verification.status_of(best.judged, belief, nearly_slides)
     if status == "ok" and not motions:
         status = "low_overlap"
     if status == "ok" and (freedoms or equal):
@@ -98,10 +97,10 @@ def register_from(
         target.view,
         best.T,
         status,
-        judgement.confidence(best.judged, max((trial.judged.score for trial in rivals), default=0.0)),
+        verification.confidence(best.judged, max((trial.judged.score for trial in rivals), default=0.0)),
         evidence_of(source, best.refined, best.judged, motions, features or {}),
         tuple(
-            Candidate(trial.start, judgement.status_of(trial.judged, belief), trial.judged.score) for trial in trials
+            Candidate(trial.start, verification.status_of(trial.judged, belief), trial.judged.score) for trial in trials
         ),
         start=best.start,
         information=best.refined.information,
@@ -143,9 +142,9 @@ def _use_step(
     if turn is None or best.refined.information is None:
         return best, freedoms
     T = turn_by_step(best.T, turn, settings.step_deg * (source.view - target.view))
-    judged = judgement.judge(T, source, target, settings.judgement)
+    judged = verification.judge(T, source, target, settings.judgement)
     close = judged.misfit <= _STEP_MISFIT * best.judged.misfit
-    if not close or judgement.status_of(judged, settings.judgement, nearly_slides=True) != "ok":
+    if not close or verification.status_of(judged, settings.judgement, nearly_slides=True) != "ok":
         return best, freedoms
     known = hold(best.refined.information, best.refined.center, turn, np.radians(_STEP_DEVIATION_DEG))
     refined = replace(best.refined, T_target_source=T, information=known)
@@ -155,14 +154,14 @@ def _use_step(
 def _try(starts: Mapping[str, np.ndarray], source: Prepared, target: Prepared, settings: PairSettings) -> list[Trial]:
     """Where a few surfels take each start, best first; those that end together once."""
     w, how = source.scale.working, settings.refinement
-    ends = refinement.align_coarsely(
+    ends = surface_icp.align_coarsely(
         source.few, target.coarse, np.array(list(starts.values())), how.coarse_gate * w, how.coarse_deviation * w,
         how.coarse_iterations, how.coarse_still * source.scale.diameter,
     )  # fmt: skip
     trials: list[Trial] = []
     for name, T in zip(starts, ends, strict=True):
-        if all(judgement.distance(T, other.T, source, settings.judgement) > _SAME_END for other in trials):
-            judged = judgement.judge(T, source, target, settings.judgement, few=True)
+        if all(verification.distance(T, other.T, source, settings.judgement) > _SAME_END for other in trials):
+            judged = verification.judge(T, source, target, settings.judgement, few=True)
             trials.append(Trial(name, Refined(T, converged=False), judged))
     return _distinct(trials, source, settings.judgement)
 
@@ -177,7 +176,7 @@ def _settled(trial: Trial, source: Prepared, target: Prepared, settings: PairSet
     for size in _SETTLING:
         for sign in (1, -1):
             T = motions[0].pose(sign * size * unit) @ trial.T
-            judged = judgement.judge(T, source, target, belief, few=True)
+            judged = verification.judge(T, source, target, belief, few=True)
             if judged.score > trial.judged.score:
                 trial = Trial(trial.start, Refined(T, converged=False), judged)
                 break
@@ -199,10 +198,10 @@ def _refine(trials: Sequence[Trial], source: Prepared, target: Prepared, setting
         if trial.judged.score < belief.min_score:
             refined.append(trial)
             continue
-        ended = refinement.align(
+        ended = surface_icp.align(
             source.surface.surfels, source.few, target.fine, trial.T, scale.working, scale.diameter, settings.refinement
         )
-        judged = judgement.judge(ended.T_target_source, source, target, belief)
+        judged = verification.judge(ended.T_target_source, source, target, belief)
         refined.append(Trial(trial.start, ended, judged))
     return _distinct(refined, source, belief)
 
@@ -217,7 +216,7 @@ def _distinct(trials: Sequence[Trial], source: Prepared, settings: JudgementSett
 
 
 def _apart(a: Trial, b: Trial, source: Prepared, settings: JudgementSettings) -> bool:
-    return judgement.distance(a.T, b.T, source, settings) > 1.0
+    return verification.distance(a.T, b.T, source, settings) > 1.0
 
 
 def _is_rival(
@@ -226,7 +225,7 @@ def _is_rival(
     """Whether a pose differs from the best by more than the motions that are free anyway."""
     center = (best.T @ np.append(source.few.points.mean(axis=0), 1.0))[:3]
     T = take_out(trial.T @ np.linalg.inv(best.T), freedoms, center) @ best.T
-    return judgement.distance(T, best.T, source, settings) > 1.0
+    return verification.distance(T, best.T, source, settings) > 1.0
 
 
 def doubt(pair: PairEstimate, usual_misfit: float | None, settings: PairSettings) -> PairEstimate:

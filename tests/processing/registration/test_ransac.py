@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orbitscan.processing.reconstruction.ransac import RansacSettings, estimate_pose, fit, trials_needed
+from orbitscan.processing.registration.ransac import RansacSettings, estimate_pose, fit, trials_needed
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
 

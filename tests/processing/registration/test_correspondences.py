@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.partners import find_partners, make_target
+from orbitscan.processing.registration.correspondences import find_partners, make_target
 from orbitscan.processing.surface.preparation import Surfels
 
 

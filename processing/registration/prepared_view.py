@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from orbitscan.processing.reconstruction.free_space import RangeImage, make_range_image
-from orbitscan.processing.reconstruction.partners import Target, make_target
-from orbitscan.processing.reconstruction.refinement import RefinementSettings
+from orbitscan.processing.registration.correspondences import Target, make_target
+from orbitscan.processing.registration.free_space import RangeImage, make_range_image
+from orbitscan.processing.registration.surface_icp import RefinementSettings
 from orbitscan.processing.surface.preparation import Scale, Surface, Surfels
 from orbitscan.recorder.session import View, Views
 

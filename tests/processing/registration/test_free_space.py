@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitscan.processing.reconstruction.free_space import look_up, make_range_image
+from orbitscan.processing.registration.free_space import look_up, make_range_image
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
 

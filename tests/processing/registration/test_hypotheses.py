@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.reconstruction.starts import StartSettings, propose, screen
+from orbitscan.processing.registration.hypotheses import StartSettings, propose, screen
 from orbitscan.recorder import poses
 from tests.geometry import random_pose, scan
 from tests.processing.scene import Scene, degrees

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.free_space import look_up
-from orbitscan.processing.reconstruction.partners import find_partners
-from orbitscan.processing.reconstruction.prepared import Prepared
+from orbitscan.processing.registration.correspondences import find_partners
+from orbitscan.processing.registration.free_space import look_up
+from orbitscan.processing.registration.prepared_view import Prepared
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from orbitscan.processing.results.records import Freedom
 from orbitscan.recorder import poses
 
+_FINENESS_DEG = 0.02  # of the turns looked at for a known step
 _ROUNDS = 5  # of taking out one free motion after the other, where there are several
 
 
@@ -49,3 +50,18 @@ def take_out(D: np.ndarray, freedoms: Sequence[Freedom], center: np.ndarray) -> 
                 moved = poses.transform(D, center[None])[0] - center
                 D = poses.make(np.eye(3), -np.dot(moved, freedom.axis) * freedom.axis) @ D
     return D
+
+
+def turn_by_step(T: np.ndarray, free: Freedom, step_deg: float) -> np.ndarray:
+    """The pose T_target_source turned about a free axis until the whole motion turns by a known step [degrees].
+
+    Positive steps are those of a camera that goes round counterclockwise seen from above (a camera's y points down).
+    """
+    step_deg = (step_deg + 180) % 360 - 180
+    angles = np.radians(np.arange(0, 360, _FINENESS_DEG))
+    turns = Rotation.from_rotvec(angles[:, None] * free.axis)
+    whole = (turns * Rotation.from_matrix(T[:3, :3])).as_rotvec()
+    off = np.abs(np.linalg.norm(whole, axis=1) - abs(np.radians(step_deg)))
+    off[np.sign(-whole[:, 1]) != np.sign(step_deg)] += 2 * np.pi
+    R = turns[int(off.argmin())].as_matrix()
+    return poses.make(R, free.point - R @ free.point) @ T

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orbitscan.processing.reconstruction.prepared import Shelf
+from orbitscan.processing.registration.prepared_view import Shelf
 from orbitscan.processing.surface.preparation import Surfels
 from tests.geometry import scan
 from tests.processing.scene import Scene

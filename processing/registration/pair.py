@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.reconstruction import judgement
-from orbitscan.processing.reconstruction.competition import PairSettings, evidence_of, register_from
-from orbitscan.processing.reconstruction.icp import icp
-from orbitscan.processing.reconstruction.matching import match
-from orbitscan.processing.reconstruction.prepared import Prepared
-from orbitscan.processing.reconstruction.ransac import Consensus
-from orbitscan.processing.reconstruction.starts import propose
-from orbitscan.processing.reconstruction.symmetry import weak_motions
+from orbitscan.processing.registration import verification
+from orbitscan.processing.registration.competition import PairSettings, evidence_of, register_from
+from orbitscan.processing.registration.hypotheses import propose
+from orbitscan.processing.registration.icp import icp
+from orbitscan.processing.registration.matching import match
+from orbitscan.processing.registration.prepared_view import Prepared
+from orbitscan.processing.registration.ransac import Consensus
+from orbitscan.processing.registration.symmetry import weak_motions
 from orbitscan.processing.results.records import Correspondences, Evidence, PairEstimate
 
 BELIEVED = ("ok", "ambiguous")  # a pose that geometry bears out, though not always it alone
@@ -98,9 +98,9 @@ def _point_to_point(
     w, how = source.scale.working, settings.refinement
     still = how.icp_still * source.scale.diameter
     refined = icp(source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, still)
-    judged = judgement.judge(refined.T_target_source, source, target, settings.judgement)
+    judged = verification.judge(refined.T_target_source, source, target, settings.judgement)
     motions = weak_motions(refined.T_target_source, source.many, target, settings.judgement.gate * w)
-    status = judgement.status_of(judged, settings.judgement)
+    status = verification.status_of(judged, settings.judgement)
     if status == "ok" and not motions:
         status = "low_overlap"
     if status == "ok" and motions[0].information < settings.symmetry.free:
@@ -110,7 +110,7 @@ def _point_to_point(
         target.view,
         refined.T_target_source,
         status,
-        judgement.confidence(judged, 0.0),
+        verification.confidence(judged, 0.0),
         evidence_of(source, refined, judged, motions, features),
     )
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from orbitscan.processing.kernels.grid import Cells
-from orbitscan.processing.reconstruction.partners import Target, nearest_partner
+from orbitscan.processing.registration.correspondences import Target, nearest_partner
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder.kernels import kernel, over_slices
 

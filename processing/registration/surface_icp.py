@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.kernels.cholesky import solve
 from orbitscan.processing.kernels.grid import Cells
-from orbitscan.processing.reconstruction.normal_equations import accumulate, normal_equations
-from orbitscan.processing.reconstruction.partners import Target
+from orbitscan.processing.registration.correspondences import Target
+from orbitscan.processing.registration.normal_equations import accumulate, normal_equations
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 from orbitscan.recorder.kernels import kernel, over_slices

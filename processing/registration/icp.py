@@ -4,8 +4,8 @@ import numpy as np
 from numba import get_num_threads
 from scipy.spatial import cKDTree
 
-from orbitscan.processing.reconstruction.ransac import fit
-from orbitscan.processing.reconstruction.refinement import Refined
+from orbitscan.processing.registration.ransac import fit
+from orbitscan.processing.registration.surface_icp import Refined
 from orbitscan.recorder import poses
 
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.reconstruction import judgement, refinement
-from orbitscan.processing.reconstruction.judgement import JudgementSettings
-from orbitscan.processing.reconstruction.partners import find_partners
-from orbitscan.processing.reconstruction.prepared import Prepared
-from orbitscan.processing.reconstruction.refinement import RefinementSettings
-from orbitscan.processing.reconstruction.starts import StartSettings, screen
+from orbitscan.processing.registration import surface_icp, verification
+from orbitscan.processing.registration.correspondences import find_partners
+from orbitscan.processing.registration.hypotheses import StartSettings, screen
+from orbitscan.processing.registration.prepared_view import Prepared
+from orbitscan.processing.registration.surface_icp import RefinementSettings
+from orbitscan.processing.registration.verification import JudgementSettings
 from orbitscan.processing.results.records import Freedom
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
@@ -138,16 +138,16 @@ def _leave_as_well(
         return []
     w, diameter = source.scale.working, source.scale.diameter
     probes = np.array([step @ T for step in steps])
-    ends = refinement.align_coarsely(
+    ends = surface_icp.align_coarsely(
         source.few, target.coarse, probes, settings.probe_gate * w, settings.probe_deviation * w,
         how.coarse_iterations, how.coarse_still * diameter,
     )  # fmt: skip
-    here = judgement.judge(T, source, target, belief)
+    here = verification.judge(T, source, target, belief)
     as_well = []
     for probe, end in zip(probes, ends, strict=True):
-        returned = judgement.distance(end, T, source, belief) < settings.held * settings.probe
-        judged = (judgement.judge(pose, source, target, belief) for pose in ([probe] if returned else [probe, end]))
-        as_well.append(any(judgement.as_good(there, here, belief) for there in judged))
+        returned = verification.distance(end, T, source, belief) < settings.held * settings.probe
+        judged = (verification.judge(pose, source, target, belief) for pose in ([probe] if returned else [probe, end]))
+        as_well.append(any(verification.as_good(there, here, belief) for there in judged))
     return as_well
 
 
@@ -182,7 +182,7 @@ def _sharpened(freedom: Freedom, T: np.ndarray, source: Prepared, target: Prepar
         R = Rotation.from_rotvec(angle * freedom.axis).as_matrix()
         start = poses.make(R, freedom.point - R @ freedom.point) @ T
         ends.append(
-            refinement.align(
+            surface_icp.align(
                 source.surface.surfels, source.few, target.fine, start, source.scale.working, source.scale.diameter, how
             )
         )

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.reconstruction import competition
-from orbitscan.processing.reconstruction import pair as pairs
-from orbitscan.processing.reconstruction.competition import PairSettings, register_from
-from orbitscan.processing.reconstruction.pair import Matches, register_competing, register_consensus, register_icp
+from orbitscan.processing.registration import competition
+from orbitscan.processing.registration import pair as pairs
+from orbitscan.processing.registration.competition import PairSettings, register_from
+from orbitscan.processing.registration.pair import Matches, register_competing, register_consensus, register_icp
 from orbitscan.recorder import poses
 from tests.geometry import blob, bottle, plane, random_pose, scan
 from tests.processing.scene import SETTINGS, Scene, degrees

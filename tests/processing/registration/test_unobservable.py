@@ -6,7 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.reconstruction.freedom import direction, hold, release, same_freedom, take_out
+from orbitscan.processing.registration.unobservable import (
+    direction,
+    hold,
+    release,
+    same_freedom,
+    take_out,
+    turn_by_step,
+)
 from orbitscan.processing.results.records import Freedom
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
@@ -129,3 +136,23 @@ def test_how_near_two_axes_must_be_is_told_by_the_object():
     a, b = Freedom("turn", z, np.zeros(3)), Freedom("turn", z, np.array([0.01, 0, 0]))
     assert same_freedom(a, b, 10.0, 0.1)
     assert not same_freedom(a, b, 10.0, 0.002)
+
+
+@pytest.mark.parametrize("step_deg", [-40.0, -12.0, 7.0, 25.0, 90.0])
+def test_a_free_turn_is_set_by_a_known_step(step_deg):
+    """The camera's y axis points down: a positive step goes counterclockwise seen from above."""
+    up, point = np.array([0, -1.0, 0]), np.array([0.01, 0, 0.9])
+    right = turn(up, point, np.radians(step_deg))
+    wrong = turn(up, point, np.radians(63.0)) @ right
+    for axis in (up, -up):
+        assert np.allclose(turn_by_step(wrong, Freedom("turn", axis, point), step_deg), right, atol=1e-3)
+
+
+def test_a_known_step_of_a_tilted_camera_leaves_what_is_not_free():
+    """The camera looks down on a bottle: the axis is tilted, and the pair was found with an error across it."""
+    axis, point = np.array([0, -0.9, -np.sqrt(0.19)]), np.array([0.01, 0, 0.9])
+    across = turn(np.array([1.0, 0, 0]), point, np.radians(0.3))
+    right = turn(axis, point, np.radians(20))
+    found = turn_by_step(turn(axis, point, np.radians(150)) @ across @ right, Freedom("turn", axis, point), 20)
+    assert degrees(found, right) < 0.5
+    assert np.allclose((found @ np.append(point, 1))[:3], (across @ np.append(point, 1))[:3], atol=1e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from orbitscan.processing.reconstruction.icp import icp
+from orbitscan.processing.registration.icp import icp
 from orbitscan.recorder import poses
 from tests.geometry import blob, random_pose
 

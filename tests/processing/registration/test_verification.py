@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.reconstruction.judgement import (
+from orbitscan.processing.registration.verification import (
     Judgement,
     JudgementSettings,
     as_good,

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.reconstruction.judgement import JudgementSettings
-from orbitscan.processing.reconstruction.symmetry import (
+from orbitscan.processing.registration.symmetry import (
     SymmetrySettings,
     find_freedoms,
     turned_around,
     weak_motions,
 )
+from orbitscan.processing.registration.verification import JudgementSettings
 from orbitscan.recorder import poses
 from tests.geometry import blob, bottle, cylinder, plane, scan, sphere
 from tests.processing.scene import SETTINGS, Scene, degrees
