@@ -11,7 +11,7 @@ import numpy as np
 
 from orbitscan.processing.features.keypoints import detect_keypoints
 from orbitscan.processing.features.shot import describe
-from orbitscan.processing.reconstruction.joint import refine_jointly
+from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.model import build_model
 from orbitscan.processing.reconstruction.trajectory import Placed, Trajectory
 from orbitscan.processing.reconstruction.turntable import fit_turntable

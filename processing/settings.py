@@ -9,8 +9,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from orbitscan.processing.features.keypoints import KeypointSettings
 from orbitscan.processing.features.shot import ShotSettings
-from orbitscan.processing.reconstruction.graph import GraphSettings
 from orbitscan.processing.reconstruction.model import ModelSettings
+from orbitscan.processing.reconstruction.pose_graph import GraphSettings
 from orbitscan.processing.reconstruction.turntable import TurntableSettings
 from orbitscan.processing.registration.competition import PairSettings
 from orbitscan.processing.registration.matching import MatchSettings

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.reconstruction.graph import GraphSettings, choose_edges, place, solve, viewing_direction
+from orbitscan.processing.reconstruction.pose_graph import GraphSettings, choose_edges, place, solve, viewing_direction
 from orbitscan.processing.results.records import Freedom
 from orbitscan.recorder import poses
 from tests.geometry import random_pose

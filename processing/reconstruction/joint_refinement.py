@@ -6,7 +6,13 @@ from itertools import pairwise as successive
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.graph import GraphSettings, Solution, choose_edges, solve, viewing_direction
+from orbitscan.processing.reconstruction.pose_graph import (
+    GraphSettings,
+    Solution,
+    choose_edges,
+    solve,
+    viewing_direction,
+)
 from orbitscan.processing.registration.competition import PairSettings, doubt, register_from
 from orbitscan.processing.registration.prepared_view import Prepared, Shelf
 from orbitscan.processing.registration.unobservable import same_freedom

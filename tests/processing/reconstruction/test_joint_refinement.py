@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.reconstruction.graph import GraphSettings
-from orbitscan.processing.reconstruction.joint import refine_jointly
+from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
+from orbitscan.processing.reconstruction.pose_graph import GraphSettings
 from orbitscan.processing.results.records import MethodResult, ViewEstimate
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import in_memory
