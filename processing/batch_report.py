@@ -7,10 +7,10 @@ from typing import Any
 import typer
 
 from orbitscan.processing.batch import Outcome
+from orbitscan.processing.results.batch_table import Row, read_row, worst_first, write_table
 from orbitscan.processing.results.confusion import count_confusion, write_csv
 from orbitscan.processing.results.confusion import tabulate as tabulate_confusion
 from orbitscan.processing.results.records import METHODS
-from orbitscan.processing.results.summary import Row, read_row, worst_first, write_table
 from orbitscan.recorder.console import print_table
 
 SHOWN_RECORDINGS = 12  # of a batch; the rest is in summary.csv

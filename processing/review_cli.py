@@ -13,7 +13,7 @@ import typer
 from orbitscan.recorder.exceptions import InvalidOption
 
 if TYPE_CHECKING:
-    from orbitscan.processing.results.changes import Comparison
+    from orbitscan.processing.results.comparison.records import Comparison
 
 SHOWN_SESSIONS = 8  # of a batch that `view` opens, a few hundred megabytes at most
 SHOWN_ROWS = 20  # of a table that `compare` prints
@@ -80,7 +80,7 @@ def compare(
       orbitscan compare before/ after/
       orbitscan compare before/bunny after/bunny --rrd bunny.rrd
     """
-    from orbitscan.processing.results.comparison import compare_folders
+    from orbitscan.processing.results.comparison.compare import compare_folders
     from orbitscan.processing.review.changes import conclude
 
     found = compare_folders(a, b)
@@ -128,7 +128,7 @@ def choose_files(what: Path, most: int) -> tuple[list[Path], int]:
 
 def _order(folders: Iterable[Path]) -> list[Path]:
     """Results, worst first; what cannot be read is before all."""
-    from orbitscan.processing.results.summary import Row, read_row, worst_first
+    from orbitscan.processing.results.batch_table import Row, read_row, worst_first
 
     def read(folder: Path) -> Row:
         try:

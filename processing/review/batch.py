@@ -7,9 +7,9 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from orbitscan.processing.results.batch_table import Row, worst_first
 from orbitscan.processing.results.confusion import Confusion
 from orbitscan.processing.results.records import METHODS
-from orbitscan.processing.results.summary import Row, worst_first
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.confusion import describe_confusion, log_confusion, view_confusion
 from orbitscan.processing.review.curves import ROUNDING

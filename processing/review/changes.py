@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from orbitscan.processing.results.changes import Comparison, Difference, SessionComparison, ViewComparison
+from orbitscan.processing.results.comparison.records import Comparison, Difference, SessionComparison, ViewComparison
 from orbitscan.processing.review.tables import write_table
 from orbitscan.processing.review.wording import in_mm, number
 

@@ -8,9 +8,9 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from orbitscan.processing.results.changes import Comparison, SessionComparison
-from orbitscan.processing.results.run import Run, read_run
-from orbitscan.processing.results.uncertainty import Extent
+from orbitscan.processing.results.comparison.records import Comparison, SessionComparison
+from orbitscan.processing.results.comparison.run import Run, read_run
+from orbitscan.processing.results.comparison.uncertainty import Extent
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.changes import (
     FLOOR_WORDS,

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from orbitscan.processing.results.edges import strongest
 from orbitscan.processing.results.files import read_results
 from orbitscan.processing.results.records import Evidence, PairEstimate
 from orbitscan.processing.review.curves import ROUNDING
-from orbitscan.processing.review.edges import strongest
 from orbitscan.processing.review.plots import (
     ERRORS,
     FOLDER,

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import rerun as rr
 
+from orbitscan.processing.results.edges import Disagreement, left_out, strongest
 from orbitscan.processing.results.records import Candidate, PairEstimate, SessionResult, ViewEstimate, ViewResult
-from orbitscan.processing.review.edges import Disagreement, left_out, strongest
 from orbitscan.processing.review.wording import describe_freedom, in_mm, name_view, number
 from orbitscan.recorder import poses
 

@@ -10,10 +10,10 @@ import numpy as np
 import rerun as rr
 
 from orbitscan.processing.reconstruction.coverage import Coverage, measure_coverage
+from orbitscan.processing.results.edges import count_edges, strongest
 from orbitscan.processing.results.records import METHODS, MethodResult, SessionResult, ViewClassification, ViewResult
 from orbitscan.processing.review import classification, entities, findings, marks, summary, tables
 from orbitscan.processing.review.curves import Curves, error_values, evidence_values, timing_values, turntable_values
-from orbitscan.processing.review.edges import count_edges, strongest
 from orbitscan.processing.review.growing import GrowingRecording
 from orbitscan.processing.review.layout import lay_out
 from orbitscan.processing.review.model import log_model

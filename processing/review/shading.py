@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orbitscan.processing.results.edges import strongest
 from orbitscan.processing.results.records import MethodResult
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.edges import strongest
 from orbitscan.processing.review.wording import number
 
 # From little to much, after ColorBrewer's RdYlBu: the colour-blind tell them apart

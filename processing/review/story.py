@@ -6,9 +6,9 @@ from typing import Self
 
 import numpy as np
 
+from orbitscan.processing.results.edges import strongest
 from orbitscan.processing.results.records import METHODS, PairEstimate, ViewClassification, ViewEstimate, ViewResult
 from orbitscan.processing.review.classification import describe_view
-from orbitscan.processing.review.edges import strongest
 from orbitscan.processing.review.findings import describe_free_motions, describe_status, list_starts, observable_error
 from orbitscan.processing.review.tables import write_table
 from orbitscan.processing.review.wording import count, in_mm, name_view, number, percent

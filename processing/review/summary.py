@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from orbitscan.processing.reconstruction.coverage import Coverage
+from orbitscan.processing.results.edges import left_out, strongest
 from orbitscan.processing.results.records import (
     MethodResult,
     SessionResult,
@@ -14,7 +15,6 @@ from orbitscan.processing.results.records import (
     ViewEstimate,
 )
 from orbitscan.processing.review.classification import describe_classification
-from orbitscan.processing.review.edges import left_out, strongest
 from orbitscan.processing.review.findings import explain
 from orbitscan.processing.review.tables import tabulate_methods
 from orbitscan.processing.review.wording import describe_freedom, enumerate_views, in_mm, name_gap, name_view, number

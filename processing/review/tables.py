@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from orbitscan.processing.results.edges import count_edges, strongest
 from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
 from orbitscan.processing.review.classification import describe_view
-from orbitscan.processing.review.edges import count_edges, strongest
 from orbitscan.processing.review.findings import observable_error
 from orbitscan.processing.review.wording import count, in_mm, number, percent
 

@@ -8,7 +8,7 @@ from orbitscan.processing.batch import Job, process_recording
 from orbitscan.recorder import mcap_file
 from tests.command import run
 from tests.geometry import scan
-from tests.processing.results.test_comparison import change, copy
+from tests.processing.results.comparison.test_compare import change, copy
 from tests.viewer import find_reports, open_viewer
 
 

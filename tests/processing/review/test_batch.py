@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
+from orbitscan.processing.results.batch_table import Row
 from orbitscan.processing.results.records import METHODS, ViewErrors, ViewEstimate, summarize
-from orbitscan.processing.results.summary import Row
 from orbitscan.processing.review.batch import conclude, write_batch
 from tests import viewer
 

@@ -6,14 +6,14 @@ import pytest
 from rerun.chunk import RrdReader
 
 from orbitscan.processing.batch import Job, process_recording
-from orbitscan.processing.results.comparison import compare_folders
+from orbitscan.processing.results.comparison.compare import compare_folders
 from orbitscan.processing.review import comparison
 from orbitscan.processing.review.comparison import write_comparison
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import UnwritableOutput
 from tests import viewer
 from tests.geometry import scan
-from tests.processing.results.test_comparison import change, copy
+from tests.processing.results.comparison.test_compare import change, copy
 
 
 @pytest.fixture(scope="module")

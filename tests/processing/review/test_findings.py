@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from orbitscan.processing.results.edges import count_edges, left_out, strongest
 from orbitscan.processing.results.records import Candidate, ViewEstimate
-from orbitscan.processing.review.edges import count_edges, left_out, strongest
 from orbitscan.processing.review.findings import describe_starts, explain, list_joint_findings
 from orbitscan.recorder import poses
 from tests.processing.review.made_results import make_pair

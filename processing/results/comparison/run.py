@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from orbitscan.processing.results.comparison.uncertainty import Extent
 from orbitscan.processing.results.files import FORMAT_VERSION, read_results
-from orbitscan.processing.results.uncertainty import Extent
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
 from orbitscan.recorder.formats import ply
 

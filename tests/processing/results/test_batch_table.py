@@ -4,8 +4,8 @@ import csv
 
 from pyarrow import parquet
 
+from orbitscan.processing.results.batch_table import Row, tabulate, worst_first, write_table
 from orbitscan.processing.results.records import METHODS
-from orbitscan.processing.results.summary import Row, tabulate, worst_first, write_table
 from tests.processing.review.test_batch import ROWS, row
 
 

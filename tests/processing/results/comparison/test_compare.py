@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.batch import Job, process_recording
-from orbitscan.processing.results.comparison import compare_folders
+from orbitscan.processing.results.comparison.compare import compare_folders
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
 from tests.geometry import scan

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.results.changes import (
+from orbitscan.processing.results.comparison.records import (
     VERDICTS,
     Category,
     Comparison,
@@ -24,8 +24,7 @@ from orbitscan.processing.results.changes import (
     Totals,
     ViewComparison,
 )
-from orbitscan.processing.results.records import METHODS
-from orbitscan.processing.results.run import (
+from orbitscan.processing.results.comparison.run import (
     MAKE_AGAIN,
     Run,
     content,
@@ -34,7 +33,8 @@ from orbitscan.processing.results.run import (
     read_run,
     same_recording,
 )
-from orbitscan.processing.results.uncertainty import ROUNDING, Extent, scale_of_errors, view_deviations
+from orbitscan.processing.results.comparison.uncertainty import ROUNDING, Extent, scale_of_errors, view_deviations
+from orbitscan.processing.results.records import METHODS
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
 

@@ -5,7 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from orbitscan.processing.results.uncertainty import ROUNDING, Extent, pair_deviation, scale_of_errors, view_deviations
+from orbitscan.processing.results.comparison.uncertainty import (
+    ROUNDING,
+    Extent,
+    pair_deviation,
+    scale_of_errors,
+    view_deviations,
+)
 
 Q = 2.0
 
