@@ -21,7 +21,7 @@ from orbitscan.processing.results.files import (
 )
 from orbitscan.processing.results.records import METHODS, SessionResult
 from orbitscan.processing.results.registered import FILE_NAME, place, write_registered
-from orbitscan.processing.review.foxglove_layout import LAYOUT_NAME, write_foxglove_layout
+from orbitscan.processing.review.foxglove import LAYOUT_NAME, write_foxglove_layout
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.atomic import remove_leftovers, whole_folder
@@ -135,7 +135,7 @@ def _keep_traceback(path: Path) -> str:
 
 
 def _process_session(session: Session, path: Path, folder: Path, key: dict[str, Any], job: Job) -> None:
-    from orbitscan.processing.review.session import SessionReview  # slow to import
+    from orbitscan.processing.review.session.recording import SessionReview  # slow to import
 
     truth = session.truth()
     classifier = _load_classifier(job.model) if job.model else None
@@ -163,7 +163,7 @@ def _write_registered(folder: Path, session: Session, result: SessionResult) -> 
 
 
 def _draw_figures(folder: Path) -> None:
-    from orbitscan.processing.review.figures import write_figures  # slow to import
+    from orbitscan.processing.review.figures.session import write_figures  # slow to import
 
     write_figures(folder)
 

@@ -38,7 +38,7 @@ def report_batch(outcomes: Sequence[Outcome], results: Path, figures: bool = Fal
     if len(outcomes) > 1:
         _write_summary(rows, results)
     if len(outcomes) > 1 and figures:
-        from orbitscan.processing.review.batch_figure import write_batch_figure
+        from orbitscan.processing.review.figures.batch import write_batch_figure
 
         write_batch_figure(results, {row.session: _summaries(row) for row in rows if row.results})
 
@@ -54,8 +54,8 @@ def _row(outcome: Outcome) -> Row:
 
 
 def _write_summary(rows: Sequence[Row], results: Path) -> None:
-    from orbitscan.processing.review.batch import conclude, write_batch
-    from orbitscan.processing.review.confusion import count_right
+    from orbitscan.processing.review.batch.confusion import count_right
+    from orbitscan.processing.review.batch.recording import conclude, write_batch
 
     confusion = count_confusion([row.folder for row in rows if row.folder])
     write_table(results, rows)

@@ -114,7 +114,7 @@ def train(
     from orbitscan.processing.classification.labelled_views import gather, join, split_views
     from orbitscan.processing.classification.training import train as run
     from orbitscan.processing.inputs import find_recordings
-    from orbitscan.processing.review.training import TrainingReview
+    from orbitscan.processing.review.training.recording import TrainingReview
 
     _check_output(output)
     chosen = _choose_settings(settings, structure, init, orientation, epochs)

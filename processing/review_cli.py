@@ -55,7 +55,7 @@ def view(
         typer.echo(f"{left_out} less bad {sessions} left out: --most {most + left_out} opens all, or name one.")
     import subprocess
 
-    from orbitscan.processing.review.picture import find_viewer
+    from orbitscan.processing.review.screenshot import find_viewer
 
     # The viewer shows the last one that it is given, and lists all.
     status = subprocess.call([str(find_viewer()), *(str(file) for file in reversed(files))])
@@ -81,11 +81,11 @@ def compare(
       orbitscan compare before/bunny after/bunny --rrd bunny.rrd
     """
     from orbitscan.processing.results.comparison.compare import compare_folders
-    from orbitscan.processing.review.changes import conclude
+    from orbitscan.processing.review.comparison.words import conclude
 
     found = compare_folders(a, b)
     if rrd is not None:  # first: whoever reads what is printed may stop reading
-        from orbitscan.processing.review.comparison import write_comparison
+        from orbitscan.processing.review.comparison.recording import write_comparison
 
         write_comparison(rrd, found, a, b)
     if as_json:
@@ -143,7 +143,7 @@ def _order(folders: Iterable[Path]) -> list[Path]:
 
 
 def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> None:
-    from orbitscan.processing.review.picture import take_picture
+    from orbitscan.processing.review.screenshot import take_picture
 
     sides = size.split("x")
     if len(sides) != 2 or not all(side.isdigit() and 200 <= int(side) <= 8000 for side in sides):
@@ -157,7 +157,7 @@ def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> 
 
 def _print_changes(found: Comparison) -> None:
     """What else differs, the sessions of a batch, and the views that changed, worst first."""
-    from orbitscan.processing.review.changes import (
+    from orbitscan.processing.review.comparison.words import (
         BRIEF_HEADER,
         METHOD_HEADER,
         SESSION_HEADER,

@@ -11,13 +11,13 @@ import rerun as rr
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
-from orbitscan.processing.review import picture
-from orbitscan.processing.review.picture import NoViewer, find_viewer, load, show_tab, start_viewer
+from orbitscan.processing.review import screenshot
+from orbitscan.processing.review.screenshot import NoViewer, find_viewer, load, show_tab, start_viewer
 
 __all__ = ["RERUN", "find_reports", "open_viewer", "probe", "show_tab"]
 
 SIZE = "640x400"  # a software renderer's time goes into pixels
-picture.SECONDS_TO_SETTLE = 0.3  # a view tells what it cannot draw in its first frame; no legend is looked at here
+screenshot.SECONDS_TO_SETTLE = 0.3  # a view tells what it cannot draw in its first frame; no legend is looked at here
 RERUN = find_viewer()  # the native program; the one on the PATH is a wrapper around it
 
 
@@ -68,7 +68,7 @@ def _application_of(recording: Path) -> str:
 
 def find_reports(viewer: ViewerClient) -> list[str]:
     """What any view of the open recording warns of or could not draw, and errors logged since it was opened."""
-    return picture.find_reports(viewer, *_running.told)
+    return screenshot.find_reports(viewer, *_running.told)
 
 
 def probe() -> str | None:

@@ -37,7 +37,7 @@ class Report:
 
 def write(report: Report, plan: Plan, command: str) -> list[Path]:
     """Write NAME.csv, NAME.json and the figures into the plan's folder; the paths. Raises UnwritableOutput."""
-    from orbitscan.processing.review.plots import save  # matplotlib is slow to import
+    from orbitscan.processing.review.figures.style import save  # matplotlib is slow to import
 
     folder = plan.folder
     paths = [folder / f"{report.name}.csv", folder / f"{report.name}.json"]

@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 
 import rerun as rr
 
-from orbitscan.processing.review.recording import open_stream, reserve
+from orbitscan.processing.review.stream import open_stream, reserve
 
 _ANSWER_S = 0.3  # for a viewer to take a connection
 

@@ -16,7 +16,7 @@ from orbitscan.processing.reproduction import (
     registration_errors,
     registration_runs,
 )
-from orbitscan.processing.review import plots
+from orbitscan.processing.review.figures import style
 from orbitscan.recorder import cli as recorder_cli
 from orbitscan.recorder.simulation import corpus
 
@@ -39,7 +39,7 @@ def tiny(monkeypatch, tmp_path):
     monkeypatch.setattr(gallery, "CATEGORIES", ("bowl",))
     monkeypatch.setattr(gallery, "COLUMNS", 2)
     monkeypatch.setattr(gallery, "simulate", partial(gallery.simulate, focal=120.0))
-    monkeypatch.setattr(plots, "ENDINGS", ("png",))  # test_figures.py draws both
+    monkeypatch.setattr(style, "ENDINGS", ("png",))  # test_figures.py draws both
 
 
 @pytest.mark.usefixtures("tiny", "open3d")
@@ -66,7 +66,7 @@ def test_all_is_made_once_and_again_with_the_same_numbers(monkeypatch, tmp_path,
     assert all(f'id="{name}"' in page for name in STUDIES)
 
     def leave_the_picture(figure, path):
-        return [path.with_name(f"{path.name}.{ending}") for ending in plots.ENDINGS]
+        return [path.with_name(f"{path.name}.{ending}") for ending in style.ENDINGS]
 
-    monkeypatch.setattr(plots, "save", leave_the_picture)  # takes most of the time, and no number comes of it
+    monkeypatch.setattr(style, "save", leave_the_picture)  # takes most of the time, and no number comes of it
     assert reproduce() == said

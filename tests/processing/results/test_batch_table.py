@@ -6,7 +6,7 @@ from pyarrow import parquet
 
 from orbitscan.processing.results.batch_table import Row, tabulate, worst_first, write_table
 from orbitscan.processing.results.records import METHODS
-from tests.processing.review.test_batch import ROWS, row
+from tests.processing.review.batch.test_recording import ROWS, row
 
 
 def test_worst_first_is_what_failed_then_failed_views_then_errors():

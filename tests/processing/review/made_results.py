@@ -24,7 +24,7 @@ from orbitscan.processing.results.records import (
     ViewResult,
     summarize,
 )
-from orbitscan.processing.review.session import SessionReview
+from orbitscan.processing.review.session.recording import SessionReview
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import SessionInfo
 

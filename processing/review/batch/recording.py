@@ -1,0 +1,218 @@
+"""A batch -> summary.rrd: how many recordings are well, how large their errors are, which are worst, what they are."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from orbitscan.processing.results.batch_table import Row, worst_first
+from orbitscan.processing.results.confusion import Confusion
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.batch.confusion import describe_confusion, log_confusion, view_confusion
+from orbitscan.processing.review.markdown import in_mm, number
+from orbitscan.processing.review.session.curves import ROUNDING
+from orbitscan.processing.review.session.tables import write_table
+from orbitscan.processing.review.stream import whole_recording
+
+SHOWN_ROWS = 100  # of the table: the worst
+_RANK = "worst_first"  # the timeline: recordings from the worst, 0, to the best
+_ERRORS = {  # quantity -> title, key of a method's summary, factor
+    "center_mm": ("Largest error of the object's centre, log10 [mm]", "max_center_error_m", 1e3),
+    "rotation_chordal": ("Largest rotation error, log10 of the chordal distance", "max_rotation_error_chordal", 1.0),
+}
+
+
+def write_batch(path: Path, name: str, rows: Sequence[Row], confusion: Confusion | None) -> None:
+    """Write the recordings of a batch as a Rerun recording, whole or not at all. Raises UnwritableOutput.
+
+    Curves are over `worst_first`: of the recordings in that order, and of each method's errors in their own.
+    """
+    rows = worst_first(rows)
+    methods = [m for m in METHODS if any(row.results and m in row.results["reconstruction"] for row in rows)]
+    known = any(_errors(rows, method, key).size for method in methods for _, key, _ in _ERRORS.values())
+    with whole_recording(path, name, _lay_out(known, confusion)) as stream:
+        stream.log("/summary", _document("\n".join(_summarize(name, rows, methods, confusion))), static=True)
+        stream.log("/table", _document("\n".join(_tabulate(rows))), static=True)
+        for entity, style, times, values in (*_distributions(rows, methods), *_over_recordings(rows, methods)):
+            stream.log(entity, style, static=True)
+            stream.send_columns(entity, [times], rr.Scalars.columns(scalars=values))
+        for rank, row in enumerate(rows):
+            if row.problem:
+                stream.set_time(_RANK, sequence=rank)
+                level = rr.TextLogLevel.ERROR if row.status == "failed" else rr.TextLogLevel.WARN
+                stream.log("/log", rr.TextLog(f"{row.session}: {row.problem}", level=level))
+                stream.flush()  # a chunk of one line: over a chunk of several the viewer mixes up the levels
+        if confusion is not None:
+            log_confusion(stream, confusion)
+
+
+def conclude(rows: Sequence[Row]) -> str:
+    """One sentence: how many recordings have results, and how many of their views are placed."""
+    done = [row for row in rows if row.results]
+    views = sum(len(row.results["session"]["views_used"]) for row in done)
+    failed = sum(row.of_best("failed_views") or 0 for row in done)
+    text = f"{len(done):,} of {len(rows):,} recordings have results; "
+    text += f"{views - failed:,} of their {views:,} views are placed with confidence"
+    for status, words in (("failed", "failed"), ("unfinished", "are still being written")):
+        if count := sum(row.status == status for row in rows):
+            text += f"; {count:,} {words}"
+    return text + "."
+
+
+def _summarize(name: str, rows: Sequence[Row], methods: Sequence[str], confusion: Confusion | None) -> Iterator[str]:
+    yield f"## {name}"
+    yield ""
+    yield f"**{conclude(rows)}**"
+    yield ""
+    if methods:
+        header = ["method", "recordings", "views not placed", "centre, median [mm]", "centre, worst [mm]"]
+        header += ["chordal, median", "chordal, worst", "seconds, median"]
+        yield from write_table(header, [_describe_method(rows, method) for method in reversed(methods)])
+        yield ""
+        if any(_errors(rows, method, key).size for method in methods for _, key, _ in _ERRORS.values()):
+            yield "Centre and chordal: of the largest error in each recording."
+        yield ""
+    if confusion is not None:
+        yield from describe_confusion(confusion)
+
+
+def _describe_method(rows: Sequence[Row], method: str) -> list[str]:
+    of = [row for row in rows if row.results and method in row.results["reconstruction"]]
+    failed = sum(row.results["reconstruction"][method]["summary"]["failed_views"] for row in of)
+    views = sum(len(row.results["session"]["views_used"]) for row in of)
+    cells = [method, f"{len(of):,}", f"{failed:,} of {views:,}"]
+    for _, key, factor in _ERRORS.values():
+        errors = factor * _errors(of, method, key)
+        cells += [number(float(np.median(errors))), number(float(errors.max()))] if errors.size else ["", ""]
+    return [*cells, number(float(np.median([row.seconds["methods"][method]["total"] for row in of])))]
+
+
+def _tabulate(rows: Sequence[Row]) -> Iterator[str]:
+    shown = rows[:SHOWN_ROWS]
+    left = len(rows) - len(shown)
+    yield "Worst first, by the best method of each." + (f" {left:,} less bad ones are in summary.csv." if left else "")
+    yield ""
+    header = ["recording", "status", "not placed", "centre, max [mm]", "chordal, max", "category", "taken for"]
+    yield from write_table([*header, "seconds", "problem"], [_describe_recording(row) for row in shown])
+
+
+def _describe_recording(row: Row) -> list[str]:
+    problem = (row.problem or "").replace("|", "/")
+    if not row.results:
+        return [row.session, row.status, *[""] * 6, problem]
+    answer = row.results["classification"]
+    return [
+        row.session,
+        row.status,
+        f"{row.of_best('failed_views')} of {len(row.results['session']['views_used'])}",
+        in_mm(row.of_best("max_center_error_m")),
+        number(row.of_best("max_rotation_error_chordal")),
+        row.results["session"]["category"] or "",
+        (answer["category"] or "unknown") if answer else "",
+        number(row.seconds["total"]),
+        problem,
+    ]
+
+
+def _distributions(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[tuple]:
+    for quantity, (_, key, factor) in _ERRORS.items():
+        for method in methods:
+            errors = _errors(rows, method, key)
+            if errors.size:
+                values = _log(factor * np.sort(errors)[::-1])
+                yield _curve(f"/distribution/{quantity}/{method}", method, np.arange(len(values)), values)
+
+
+def _over_recordings(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[tuple]:
+    for method in methods:
+        ranks = [i for i, row in enumerate(rows) if row.results and method in row.results["reconstruction"]]
+        found = [rows[i].results["reconstruction"][method]["summary"] for i in ranks]
+        failed = np.array([summary["failed_views"] for summary in found], dtype=float)
+        yield _curve(f"/recordings/failed_views/{method}", method, np.array(ranks), failed)
+        seconds = np.array([rows[i].seconds["methods"][method]["total"] for i in ranks])
+        yield _curve(f"/recordings/seconds/{method}", method, np.array(ranks), seconds)
+        for quantity, (_, key, factor) in _ERRORS.items():
+            pairs = [(i, s[key]) for i, s in zip(ranks, found, strict=True) if s[key] is not None]
+            if pairs:
+                at, errors = map(np.array, zip(*pairs, strict=True))
+                yield _curve(f"/recordings/{quantity}/{method}", method, at, _log(factor * errors))
+
+
+def _curve(entity: str, method: str, at: np.ndarray, values: np.ndarray) -> tuple:
+    width = entities.CURVE_WIDTHS[method]
+    style = rr.SeriesLines(colors=[entities.METHOD_COLORS[method]], names=[method], widths=[width])
+    return entity, style, rr.TimeColumn(_RANK, sequence=at), values
+
+
+def _error(row: Row, method: str, key: str) -> float | None:
+    of_method = row.results["reconstruction"].get(method) if row.results else None
+    return of_method["summary"][key] if of_method else None
+
+
+def _errors(rows: Sequence[Row], method: str, key: str) -> np.ndarray:
+    return np.array([e for row in rows if (e := _error(row, method, key)) is not None], dtype=float)
+
+
+def _log(errors: np.ndarray) -> np.ndarray:
+    return np.log10(np.maximum(errors, ROUNDING))
+
+
+def _lay_out(known: bool, confusion: Confusion | None) -> rrb.Blueprint:
+    plots = []
+    if known:
+        plots.append(
+            rrb.Vertical(
+                *(
+                    _plot(f"/distribution/{quantity}", f"{title}, sorted for each method")
+                    for quantity, (title, _, _) in _ERRORS.items()
+                ),
+                name="Distribution of errors",
+            )
+        )
+    quantities = {"failed_views": "Views not placed"}
+    quantities |= {quantity: title for quantity, (title, _, _) in _ERRORS.items()} if known else {}
+    quantities["seconds"] = "Time [s]"
+    plots.append(
+        rrb.Grid(
+            *(_plot(f"/recordings/{quantity}", title) for quantity, title in quantities.items()),
+            grid_columns=2,
+            name="Recording by recording, worst first",
+        )
+    )
+    if confusion is not None:
+        plots.append(view_confusion(len(confusion.names)))
+    columns = rrb.TextLogColumns(timeline_columns=[_RANK], text_log_columns=["loglevel", "body"])
+    return rrb.Blueprint(
+        rrb.Vertical(
+            rrb.Tabs(*plots),
+            rrb.Horizontal(
+                rrb.TextDocumentView(origin="/summary", name="Summary"),
+                rrb.Tabs(
+                    rrb.TextDocumentView(origin="/table", name="Table"),
+                    rrb.TextLogView(origin="/log", name="Log", columns=columns),
+                ),
+            ),
+            row_shares=[1, 1],
+        ),
+        rrb.TimePanel(state="collapsed", timeline=_RANK, play_state="following"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _plot(origin: str, title: str) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(
+        origin=origin,
+        name=title,
+        plot_legend=rrb.Corner2D.RightTop,
+        interaction=rrb.PlotInteraction(points_display="Always"),
+    )
+
+
+def _document(markdown: str) -> rr.TextDocument:
+    return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)

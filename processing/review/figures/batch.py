@@ -1,0 +1,80 @@
+"""The largest errors of a batch's sessions by each method: what a median hides, a point for each session shows."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.review.figures.style import (
+    ERRORS,
+    FOLDER,
+    MARKERS,
+    STYLE,
+    Quantity,
+    method_color,
+    needs_logarithm,
+    save,
+)
+
+Summaries = Mapping[str, Mapping[str, Mapping[str, Any]]]  # session -> method -> its summary in results.json
+
+
+def write_batch_figure(folder: Path, summaries: Summaries) -> list[Path]:
+    """Write `figures/errors` of a batch into its folder; the paths, none without truth. Raises UnwritableOutput."""
+    figure = draw_batch(summaries)
+    return [] if figure is None else save(figure, folder / FOLDER / "errors")
+
+
+def draw_batch(summaries: Summaries) -> Figure | None:
+    """Each session's largest errors by each method, with their median; None where no truth is known.
+
+    Below a method stands how many of the sessions have a view that it did not place with confidence.
+    """
+    methods = [method for method in METHODS if any(method in of_session for of_session in summaries.values())]
+    if not any(_largest(summaries, method, ERRORS[0]) for method in methods):
+        return None
+    names = [f"{method}\n{_count_failed(summaries, method)}" for method in methods]
+    known = max(len(_largest(summaries, method, ERRORS[0])) for method in methods)
+    with rc_context(STYLE):
+        figure = Figure(figsize=(8.5, 3.6), layout="constrained", dpi=150)
+        for axes, quantity in zip(figure.subplots(1, len(ERRORS)), ERRORS, strict=True):
+            _draw_strips(axes, {method: _largest(summaries, method, quantity) for method in methods})
+            axes.set_xticks(range(len(methods)), names, fontsize=7)
+            axes.set_ylabel("largest " + quantity.label.replace("\n", " "))
+        title = f"{known} session{'' if known == 1 else 's'} with ground truth: the largest error of each"
+        figure.suptitle(title, fontsize=10)
+        figure.supxlabel("method; sessions in which a view failed", fontsize=8)
+    return figure
+
+
+def _draw_strips(axes: Axes, samples: Mapping[str, Sequence[float]]) -> None:
+    """A point for each session, spread sideways in the order of the sessions, and a bar at the median."""
+    for place, (method, values) in enumerate(samples.items()):
+        spread = place + (np.linspace(-0.22, 0.22, len(values)) if len(values) > 1 else np.zeros(len(values)))
+        style = {"marker": MARKERS[method], "color": method_color(method), "markersize": 4, "alpha": 0.8}
+        axes.plot(spread, values, linestyle="none", markeredgewidth=0, **style)
+        if values:
+            axes.hlines(np.median(values), place - 0.32, place + 0.32, color="black", linewidth=1.5)
+    known = [value for values in samples.values() for value in values]
+    if known and min(known) > 0 and needs_logarithm(known):
+        axes.set_yscale("log")
+    else:
+        axes.set_ylim(bottom=0.0)
+    axes.set_xlim(-0.6, len(samples) - 0.4)
+    axes.grid(visible=False, axis="x")
+
+
+def _largest(summaries: Summaries, method: str, quantity: Quantity) -> list[float]:
+    """Of each session that has the method and a truth."""
+    found = [of_session[method][f"max_{quantity.name}"] for of_session in summaries.values() if method in of_session]
+    return [quantity.factor * value for value in found if value is not None]
+
+
+def _count_failed(summaries: Summaries, method: str) -> str:
+    counts = [of_session[method]["failed_views"] for of_session in summaries.values() if method in of_session]
+    return f"{sum(count > 0 for count in counts)} of {len(counts)}"

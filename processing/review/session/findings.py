@@ -1,0 +1,143 @@
+"""What is not in order, a line each: views that are not ok and why, pairs that the graph leaves out."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import rerun as rr
+
+from orbitscan.processing.results.edges import Disagreement, left_out, strongest
+from orbitscan.processing.results.records import Candidate, PairEstimate, SessionResult, ViewEstimate, ViewResult
+from orbitscan.processing.review.markdown import describe_freedom, in_mm, name_view, number
+from orbitscan.recorder import poses
+
+WORDS = {
+    "ambiguous": "several poses explain it equally well, or a motion of it changes nothing that the views show",
+    "too_few_points": "too few points to register",
+    "too_few_keypoints": "too little structure for keypoints",
+    "too_few_matches": "too few descriptors match",
+    "no_consensus": "no motion explains enough of the matches",
+    "diverged": "the surfaces that should overlap lie apart",
+    "low_overlap": "too little of the surface lies on the earlier view",
+    "inconsistent": "a surface would be seen through another",
+    "not_connected": "its own pair may be right, but no pairs that are lead from it to the first view",
+    "unreadable": "its recorded cloud is damaged",
+}
+SAME = 1e-6  # degrees: errors that differ by less are equal
+
+
+def list_findings(result: ViewResult, methods: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """(level, text) of all that is not in order with a view: an error where it is not placed, else a warning."""
+    subject = name_view(result.view, result.name)
+    if result.damage:
+        yield rr.TextLogLevel.ERROR, f"{subject}: {result.damage}"
+    for method, estimate in result.poses.items():
+        if method in methods and estimate.status != "ok":
+            yield _level(estimate), f"{subject}, {method}: {explain(estimate, result.pairs.get(method))}"
+
+
+def list_joint_findings(result: SessionResult) -> Iterator[tuple[int, str, str]]:
+    """(view, level, text) of what `refined` finds not in order: views, and edges that it leaves out, a line each."""
+    found = result.reconstruction.get("refined")
+    if found is None:
+        return
+    names = dict(zip(result.views_used, result.view_names, strict=True))
+    pairs = strongest(found.pairs)
+    for estimate in found.views:
+        if estimate.status not in ("ok", "unreadable"):  # that has been said
+            subject = name_view(estimate.view, names[estimate.view])
+            yield estimate.view, _level(estimate), f"{subject}, refined: {explain(estimate, pairs.get(estimate.view))}"
+    for pair, disagreement in left_out(found):
+        yield pair.source, rr.TextLogLevel.WARN, f"refined: {explain_left_out(pair, disagreement)}"
+
+
+def explain_left_out(pair: PairEstimate, disagreement: Disagreement | None) -> str:
+    """Why the graph does not believe a pair."""
+    text = f"pair {pair.source} to {pair.target} is left out"
+    if disagreement is None:
+        return f"{text}: no other pairs connect it to the first view, or they contradict it"
+    off = f"{number(disagreement.degrees)}° and {in_mm(disagreement.metres)} mm"
+    return f"{text}: the others contradict it by {off} ({describe_evidence(pair)})"
+
+
+def explain(estimate: ViewEstimate, pair: PairEstimate | None) -> str:
+    """Why a view is not ok: its status in words, the evidence of the pair that placed it, how each start fared."""
+    text = describe_status(estimate.status)
+    if estimate.T_0_i is None:
+        text += ", not placed"
+    if pair is None:
+        return text
+    text += f". Against view {pair.target}: {describe_evidence(pair)}"
+    text += "".join(f". {sentence}" for sentence in describe_free_motions(pair))
+    if (observable := observable_error(pair)) is not None:
+        raw = pair.errors.rotation_error_deg
+        text += f". Off by {number(raw)}°, by {number(observable)}° with that granted"
+    if pair.candidates:
+        text += f". Starts: {describe_starts(pair)}"
+    return text
+
+
+def describe_starts(pair: PairEstimate) -> str:
+    """What became of the starts, best first, those of one fate together."""
+    fates: dict[str, list[str]] = {}
+    for start, fate in list_starts(pair):
+        fates.setdefault(fate, []).append(f"{start.start} (score {number(start.score)})")
+    return "; ".join(f"{', '.join(starts)} {fate}" for fate, starts in fates.items())
+
+
+def describe_status(status: str) -> str:
+    """A status, and in words what it means where it is not ok."""
+    return status if status == "ok" else f"{status} ({WORDS.get(status, 'see the evidence')})"
+
+
+def describe_free_motions(pair: PairEstimate) -> Iterator[str]:
+    """The motions that a pair leaves free, and other poses of it as good."""
+    if pair.freedoms:
+        yield "Free: " + ", ".join(map(describe_freedom, pair.freedoms))
+    if pair.alternatives:
+        turns = [f"{_angle_between(pair.T_target_source, T):.0f}°" for T in pair.alternatives]
+        yield f"As good when turned by {', '.join(turns)}"
+
+
+def list_starts(pair: PairEstimate) -> Iterator[tuple[Candidate, str]]:
+    """The starts that competed for a pair, best first, and what became of each: chosen, or why it lost."""
+    for start in pair.candidates:
+        reason = WORDS.get(start.status, start.status)
+        if start.start == pair.start:
+            yield start, "was chosen" if start.status == "ok" else f"was chosen all the same: {reason}"
+        elif start.status == "ok":
+            yield start, "would hold too, but the surfaces agree less" if pair.start else "would hold"
+        else:
+            yield start, f"lost: {reason}"
+
+
+def describe_evidence(pair: PairEstimate) -> str:
+    """From many points to few inliers, then overlap and residual, with units."""
+    e = pair.evidence
+    counts = [
+        (e.points, "points"), (e.keypoints, "keypoints"), (e.valid_frames, "with a frame"),
+        (e.matches, "matches"), (e.inliers, "inliers"),
+    ]  # fmt: skip
+    parts = [" → ".join(f"{count:,} {noun}" for count, noun in counts if count is not None)]
+    if e.overlap is not None:
+        parts.append(f"overlap {e.overlap:.0%}")
+    if e.rmse_m is not None:
+        parts.append(f"residual {in_mm(e.rmse_m)} mm")
+    if e.violations:
+        parts.append(f"{e.violations:.1%} in front of what the other view saw")
+    if e.unseen:
+        parts.append(f"{e.unseen:.1%} that the other sensor should see and does not")
+    return ", ".join(parts)
+
+
+def observable_error(pair: PairEstimate) -> float | None:
+    """The pair's rotation error with its free motions granted; None where that is the raw one or unknown."""
+    raw, granted = pair.errors.rotation_error_deg, pair.errors.rotation_error_deg_observable
+    return None if raw is None or granted is None or abs(raw - granted) < SAME else granted
+
+
+def _level(estimate: ViewEstimate) -> str:
+    return rr.TextLogLevel.ERROR if estimate.T_0_i is None else rr.TextLogLevel.WARN
+
+
+def _angle_between(T_a: np.ndarray, T_b: np.ndarray) -> float:
+    return float(np.degrees(poses.rotation_angle(T_a[:3, :3].T @ T_b[:3, :3])))

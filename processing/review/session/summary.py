@@ -1,0 +1,152 @@
+"""A session's summary: what its best method places, what is wrong, what the object is, what turned it."""
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from orbitscan.processing.reconstruction.coverage import Coverage
+from orbitscan.processing.results.edges import left_out, strongest
+from orbitscan.processing.results.records import (
+    MethodResult,
+    SessionResult,
+    Turntable,
+    TurntableDeviation,
+    ViewEstimate,
+)
+from orbitscan.processing.review.markdown import describe_freedom, enumerate_views, in_mm, name_gap, name_view, number
+from orbitscan.processing.review.session.classification import describe_classification
+from orbitscan.processing.review.session.findings import explain
+from orbitscan.processing.review.session.tables import tabulate_methods
+
+SHOWN_FAILURES = 10
+SHOWN_FREEDOMS = 3
+SHOWN_GAPS = 3
+LEGEND = (
+    "Move the time cursor to a view: the tab View tells its story, Matches draws its correspondences. "
+    "Frusta: grey by the ground truth, coloured as estimated. Red: what fails (views, matches, outliers). "
+    "Yellow: right but for a motion that nothing determines, whose axis is dashed."
+)
+GRAPH_LEGEND = "Lines between frusta are registered pairs: green, they hold the views; red, the others contradict them."
+
+
+def write_unfinished(name: str) -> str:
+    """What stands in place of the summary until the session is done, and for ever if the run is killed."""
+    return f"## {name}\n\nNot finished: the views so far are complete, the summary and the model are still missing."
+
+
+def conclude(result: SessionResult, method: str) -> str:
+    """One line: how many views a method places, which not and why, and how far off the worst one is."""
+    views = result.reconstruction[method].views
+    failed: defaultdict[str, list[int]] = defaultdict(list)
+    for view in views:
+        if view.status != "ok":
+            failed[view.status].append(view.view)
+    text = f"{method} places {sum(view.status == 'ok' for view in views)} of {len(views)} views with confidence"
+    text += "".join(f"; {status}: {enumerate_views(of_status)}" for status, of_status in sorted(failed.items())) + "."
+    if method == "refined" and len(views) > 2:
+        text += " The loop is closed." if result.reconstruction[method].loop_closed else " No loop is closed."
+    off = {v.view: v.errors.center_error_m for v in views if v.errors.center_error_m is not None}
+    if off:
+        worst = max(off, key=off.__getitem__)
+        text += f" The object's centre is at most {in_mm(off[worst])} mm off the ground truth, in view {worst}."
+    return text
+
+
+def summarize(result: SessionResult, methods: Sequence[str], coverage: Coverage | None = None) -> str:
+    """The summary as Markdown; `methods` from worst to best."""
+    best = methods[-1]
+    found = result.reconstruction[best]
+    lines = [f"## {result.info.name}", "", f"**{conclude(result, best)}**", "", *tabulate_methods(result, methods), ""]
+    if failed := _worst_first(found):
+        names = dict(zip(result.views_used, result.view_names, strict=True))
+        pairs = strongest(found.pairs)
+        lines += ["### What is wrong, worst first", ""]
+        for estimate in failed[:SHOWN_FAILURES]:
+            why = result.unreadable.get(estimate.view) or explain(estimate, pairs.get(estimate.view))
+            lines.append(f"- **{name_view(estimate.view, names[estimate.view])}**: {why}")
+        if len(failed) > SHOWN_FAILURES:
+            lines.append(f"- and {len(failed) - SHOWN_FAILURES} more: see the log")
+        lines.append("")
+    if shown := describe_classification(result):
+        lines += [shown, ""]
+    if result.turntable is not None:
+        lines += [describe_turntable(result.turntable), ""]
+    if coverage is not None:
+        lines += [describe_coverage(coverage, result.turntable is not None), ""]
+    if free := describe_freedoms(found, _step_was_given(result)):
+        lines += [free, ""]
+    if best == "refined" and (dropped := len(left_out(found))):
+        lines += [f"{dropped} of {len(found.pairs)} pairs are left out of the graph: see the log.", ""]
+    lines.append(f"{LEGEND} {GRAPH_LEGEND}" if best == "refined" else LEGEND)
+    if model := result.model:
+        lines.append(f"Model: {len(model.points):,} points by {model.method}, {len(model.removed):,} outliers removed.")
+    if "total" in result.seconds:
+        lines.append(f"Processing took {result.seconds['total']:.1f} s.")
+    return "\n".join(lines)
+
+
+def describe_turntable(turntable: Turntable) -> str:
+    """Its step, sense and axis, and the views that depart from it most."""
+    up = -turntable.axis[1]  # a camera's y points down
+    sense = "counterclockwise" if up > 0 else "clockwise"
+    tilt = float(np.degrees(np.arccos(min(1.0, abs(up)))))
+    worst = [_worst(turntable, lambda d: abs(d.slip_deg)), _worst(turntable, lambda d: d.wobble_deg)]
+    shifted = _worst(turntable, lambda d: d.shift_m)
+    return (
+        f"**Turntable:** {turntable.step_deg:.2f}° from view to view, the camera going {sense} seen from above; "
+        f"the axis leans {tilt:.2f}° off the first view's upright. "
+        f"At worst a view slips by {number(abs(worst[0].slip_deg))}° (view {worst[0].view}), "
+        f"wobbles by {number(worst[1].wobble_deg)}° (view {worst[1].view}) "
+        f"and shifts by {in_mm(shifted.shift_m)} mm (view {shifted.view})."
+    )
+
+
+def describe_coverage(coverage: Coverage, on_turntable: bool) -> str:
+    """The azimuths that no view covers, the widest first, and what azimuths are."""
+    shown = [name_gap(gap.start_deg, gap.end_deg) for gap in coverage.gaps[:SHOWN_GAPS]]
+    more = len(coverage.gaps) - len(shown)
+    if not shown:
+        return f"**Covered all round:** neighbours stand at most {coverage.widest_deg:.0f}° apart."
+    axis = "the turntable's axis" if on_turntable else "what the cameras call up"
+    first = min(coverage.azimuths_deg, key=coverage.azimuths_deg.__getitem__)
+    text = f"**Not covered:** {'; '.join(shown)}{f'; and {more} more such arcs' if more else ''}. "
+    return text + f"Azimuths are about {axis}, counterclockwise seen from above, view {first} at 0°."
+
+
+def describe_freedoms(found: MethodResult, step_was_given: bool) -> str:
+    """Which motions nothing determines, in which views, and what helps; empty where all are determined."""
+    ambiguous = [view.view for view in found.views if view.status == "ambiguous"]
+    free, frame = found.freedoms, " in the first view's frame"
+    if ambiguous and not free:  # a method without a graph knows those of its pairs
+        pairs = strongest(found.pairs)
+        free, frame = next((pairs[v].freedoms for v in ambiguous if v in pairs and pairs[v].freedoms), ()), ""
+    if not free:
+        return ""
+    parts = [describe_freedom(freedom) for freedom in free[:SHOWN_FREEDOMS]]
+    more = len(free) - len(parts)
+    text = f"**Cannot be told{frame}:** {', '.join(parts)}{f' and {more} more' if more else ''}"
+    text += f" ({'views' if len(ambiguous) > 1 else 'view'} {enumerate_views(ambiguous)}). " if ambiguous else ". "
+    if any(freedom.kind == "turn" for freedom in free):
+        text += "The object looks the same all round; "
+        if step_was_given:
+            text += "the step that `--step-deg` gave does not fit these views. "
+        else:
+            text += "`--step-deg N` uses your knowledge of the turntable's step. "
+    if any(freedom.kind == "shift" for freedom in free):
+        text += "The surface slides along itself; views that see an edge or an end of it would tell. "
+    return text + "All else about these views is determined."
+
+
+def _worst_first(found: MethodResult) -> list[ViewEstimate]:
+    confidence = {view: pair.confidence for view, pair in strongest(found.pairs).items()}
+    failed = [view for view in found.views if view.status != "ok"]
+    return sorted(failed, key=lambda v: (v.T_0_i is not None, confidence.get(v.view, 0.0), v.view))
+
+
+def _worst(turntable: Turntable, size: Callable[[TurntableDeviation], float]) -> TurntableDeviation:
+    return max(turntable.deviations, key=size)
+
+
+def _step_was_given(result: SessionResult) -> bool:
+    return result.settings.get("pair", {}).get("step_deg") is not None

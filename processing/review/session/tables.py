@@ -1,0 +1,111 @@
+"""Results as Markdown tables: a session's methods, and its views."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from orbitscan.processing.results.edges import count_edges, strongest
+from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
+from orbitscan.processing.review.markdown import count, in_mm, number, percent
+from orbitscan.processing.review.session.classification import describe_view
+from orbitscan.processing.review.session.findings import observable_error
+
+
+def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:
+    """A row per view as a Markdown table: status, category, errors, evidence by the best method, the others' status."""
+    *lesser, best = methods
+    pairs, edges = strongest(result.reconstruction[best].pairs), count_edges(result.reconstruction[best].pairs)
+    statuses = {method: {v.view: v.status for v in result.reconstruction[method].views} for method in lesser}
+    names = dict(zip(result.views_used, result.view_names, strict=True))
+    shown = {view.view: describe_view(view) for view in result.classification.views} if result.classification else {}
+    rows = []
+    for estimate in result.reconstruction[best].views:
+        errors, pair = estimate.errors, pairs.get(estimate.view)
+        e = pair.evidence if pair else Evidence()
+        rows.append(
+            [
+                f"{estimate.view}",
+                estimate.status,
+                shown.get(estimate.view, ""),
+                in_mm(errors.translation_error_m),
+                number(errors.rotation_error_chordal),
+                in_mm(errors.center_error_m),
+                number(pair.errors.rotation_error_deg if pair else None),
+                number(observable_error(pair) if pair else None),
+                count(edges[estimate.view] if best == "refined" else None),
+                percent(e.overlap),
+                in_mm(e.rmse_m),
+                number(e.misfit),
+                percent(e.violations),
+                *(count(n) for n in (e.points or None, e.keypoints, e.valid_frames, e.matches, e.inliers)),
+                *(statuses[method].get(estimate.view, "") for method in lesser),
+                names[estimate.view],
+            ]
+        )
+    header = [
+        "view",
+        "status",
+        "shows",
+        "translation [mm]",
+        "chordal",
+        "centre [mm]",
+        "its pair [deg]",
+        "observable [deg]",
+    ]
+    header += ["pairs", "overlap", "residual [mm]", "misfit", "in front"]
+    header += ["points", "keypoints", "frames", "matches", "inliers", *lesser, "name"]
+    return "\n".join([f"Status, errors and evidence of {best}.", "", *write_table(header, rows)])
+
+
+def tabulate_methods(result: SessionResult, methods: Sequence[str]) -> list[str]:
+    header = ["method", "not ok", "overlap", "residual [mm]", "translation [mm]", "chordal", "centre [mm]"]
+    header += ["a pair [deg]", "observable [deg]"]
+    rows = []
+    for method in reversed(methods):
+        found = result.reconstruction[method]
+        largest = found.summary.get
+        rows.append(
+            [
+                method,
+                f"{found.failed_views} of {len(found.views)}",
+                percent(_median(pair.evidence.overlap for pair in found.pairs)),
+                in_mm(_median(pair.evidence.rmse_m for pair in found.pairs)),
+                in_mm(largest("max_translation_error_m")),
+                number(largest("max_rotation_error_chordal")),
+                in_mm(largest("max_center_error_m")),
+                number(_largest(pair.errors.rotation_error_deg for pair in _believed(found))),
+                number(_largest_observable(found)),
+            ]
+        )
+    what = "Overlap and residual: medians; translation, chordal, centre, a pair: the largest error of the kind."
+    if any(row[-1] for row in rows):
+        what += " Observable: with the motions granted that nothing determines."
+    return [*write_table(header, rows), "", what]
+
+
+def write_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """The lines of a Markdown table; a column without any content is left out."""
+    columns = [column for column in zip(header, *rows, strict=True) if any(column[1:])]
+    title, *content = zip(*columns, strict=True)
+    return ["| " + " | ".join(cells) + " |" for cells in (title, ["---"] * len(title), *content)]
+
+
+def _largest_observable(found: MethodResult) -> float | None:
+    """Of all pairs; None where no pair's differs from its raw error."""
+    if all(observable_error(pair) is None for pair in _believed(found)):
+        return None
+    return _largest(pair.errors.rotation_error_deg_observable for pair in _believed(found))
+
+
+def _believed(found: MethodResult) -> list[PairEstimate]:
+    """The pairs whose errors count: without those that say themselves that they are wrong."""
+    return [pair for pair in found.pairs if pair.status in ("ok", "ambiguous")]
+
+
+def _largest(values: Iterable[float | None]) -> float | None:
+    return max((value for value in values if value is not None), default=None)
+
+
+def _median(values: Iterable[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(np.median(known)) if known else None

@@ -1,0 +1,161 @@
+"""Where each method puts the views: poses, frusta, clouds and the pairs between them, as a session's 3D views show."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import rerun as rr
+
+from orbitscan.processing.results.records import Correspondences, MethodResult, ViewEstimate, ViewResult
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.session import marks
+from orbitscan.processing.review.session.scene import Scene
+from orbitscan.recorder import poses
+from orbitscan.recorder.session import SessionInfo
+
+LESSER_POINTS = 3000  # points of a view's cloud by any method but the best
+PAIR_POINTS = 3000  # points of either cloud that matches are drawn between
+_TRUTH_WIDTH, _WIDTH, _FAILED_WIDTH = -1.0, -2.0, -3.5  # of a frustum's lines, in pixels
+
+
+class PlacedViews:
+    """Writes views where methods, or the truth, put them.
+
+    The clouds of the best method are complete. Those of the others are thinned to LESSER_POINTS a view, so that the
+    file does not hold every cloud once a method.
+    """
+
+    def __init__(self, stream: rr.RecordingStream, info: SessionInfo, best: str) -> None:
+        self._stream = stream
+        self._info = info
+        self._best = best
+        self._scene: Scene | None = None
+        self._samples: dict[int, np.ndarray] = {}  # view -> thinned cloud, for the views matched to it later
+
+    def set_time(self, view: int, stamp_ns: int) -> None:
+        """Sets the time of all that the stream gets next."""
+        self._stream.set_time(entities.VIEW_TIMELINE, sequence=view)
+        self._stream.set_time(entities.STAMP_TIMELINE, timestamp=np.datetime64(stamp_ns, "ns"))
+
+    def set_scene(self, scene: Scene) -> None:
+        """Tells how large the object is and where frusta stand, before anything is placed."""
+        self._scene = scene
+
+    def keep(self, result: ViewResult) -> None:
+        """Keeps a few of a view's points: the whole cloud is dropped."""
+        self._samples[result.view] = _thin(result.points, PAIR_POINTS)
+
+    def log_truth(self, view: int, T_0_i: np.ndarray) -> None:
+        """The true frustum, as a thin outline."""
+        self._log_pose("truth", view, T_0_i, entities.TRUTH_COLOR, _TRUTH_WIDTH)
+
+    def log_placed(self, method: str, estimate: ViewEstimate) -> None:
+        """The frustum where a method puts it, with the status in words where that is not ok."""
+        wrong = entities.status_color(estimate.status)
+        color, width = (entities.METHOD_COLORS[method], _WIDTH) if wrong is None else (wrong, _FAILED_WIDTH)
+        self._log_pose(method, estimate.view, estimate.T_0_i, color, width)
+        points = self._samples[estimate.view]
+        if wrong is not None and len(points):
+            place = self._above(points) if self._scene.sensor is None else self._scene.sensor
+            label = marks.draw_label(place, f"view {estimate.view}: {estimate.status}")
+            self._stream.log(f"{entities.view_path(method, estimate.view)}/label", label)
+
+    def log_cloud(self, method: str, result: ViewResult, status: str) -> None:
+        """A view's points in its status's colour; where that is ok as captured, or in the view's own."""
+        if not len(result.points):
+            return
+        step = 1 if method == self._best else _step(len(result.points), LESSER_POINTS)
+        if (color := entities.status_color(status)) is not None:
+            colors = color
+        elif result.colors is not None:
+            colors = result.colors[::step]
+        else:
+            colors = entities.view_color(result.view, self._info.views)
+        path = entities.cloud_path(method, result.view)
+        self._stream.log(path, rr.Points3D(result.points[::step], colors=colors, radii=-1.5))
+
+    def log_joint(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
+        """Where `refined` puts the views, whose clouds are written already, and the edges of its graph."""
+        for estimate in found.views:
+            self.set_time(estimate.view, stamps_ns[estimate.view])
+            if estimate.T_0_i is None:
+                path = entities.view_path("refined", estimate.view)
+                self._stream.log(path, rr.Clear(recursive=True))  # its cloud, which stands nowhere
+                continue
+            self.log_placed("refined", estimate)
+            color = entities.status_color(estimate.status)
+            if color is not None and len(self._samples[estimate.view]):
+                path = entities.cloud_path("refined", estimate.view)
+                self._stream.log(path, rr.Points3D.from_fields(colors=color))
+        self._log_edges(found, stamps_ns)
+
+    def sensors(self, views: Sequence[ViewEstimate]) -> dict[int, np.ndarray]:
+        """View -> where its frustum stands in frame {0}, (3,), or the middle of its cloud where that is unknown."""
+        places = {}
+        for view in views:
+            points = self._samples[view.view]
+            if view.T_0_i is not None and len(points):
+                place = points.mean(axis=0) if self._scene.sensor is None else self._scene.sensor
+                places[view.view] = poses.transform(view.T_0_i, place[None])[0]
+        return places
+
+    def log_matches(self, found: Correspondences) -> None:
+        """The two clouds side by side, each about its own centre as its sensor saw it, and the matches across."""
+        source, target = self._samples[found.source], self._samples[found.target]
+        if not len(source) or not len(target):
+            return
+        path = entities.pair_path(found.source, found.target)
+        aside = np.array([0.65 * self._scene.diameter, 0.0, 0.0])
+        to_right, to_left = aside - source.mean(axis=0), -aside - target.mean(axis=0)
+        for name, points, view in (
+            ("source", source + to_right, found.source),
+            ("target", target + to_left, found.target),
+        ):
+            self._stream.log(f"{path}/{name}", rr.Points3D(points, colors=entities.PLAIN_COLOR, radii=-1.5))
+            self._stream.log(f"{path}/{name}/label", marks.draw_label(self._above(points), f"view {view}"))
+        lines = np.stack([found.source_points + to_right, found.target_points + to_left], axis=1)
+        for name, keep, color, width in (
+            ("matches", ~found.inlier, entities.BAD_COLOR, -0.35),
+            ("inliers", found.inlier, entities.GOOD_COLOR, -0.9),
+        ):
+            self._stream.log(f"{path}/{name}", rr.LineStrips3D(lines[keep], colors=color, radii=width))
+        words = f"{int(found.inlier.sum()):,} of {len(lines):,} matches are inliers"
+        below = np.array([0.0, max((source + to_right)[:, 1].max(), (target + to_left)[:, 1].max()), 0.0])
+        below[1] += 0.08 * self._scene.diameter
+        self._stream.log(f"{path}/label", marks.draw_label(below, words))
+
+    def _log_edges(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
+        """Lines from each view's frustum to those of the views before it."""
+        drawn = marks.draw_edges(found.pairs, self.sensors(found.views), list(stamps_ns))
+        for view, lines in drawn.items():
+            self.set_time(view, stamps_ns[view])
+            self._stream.log(entities.graph_path(view), lines)
+
+    def _log_pose(self, method: str, view: int, T_0_i: np.ndarray, color: entities.Color, line_width: float) -> None:
+        path = entities.view_path(method, view)
+        self._stream.log(path, rr.Transform3D(translation=T_0_i[:3, 3], mat3x3=T_0_i[:3, :3]))
+        if self._scene.sensor is None:
+            return
+        if self._scene.sensor.any():
+            self._stream.log(f"{path}/camera", rr.Transform3D(translation=self._scene.sensor))
+        frustum = rr.Pinhole(
+            fov_y=0.7,
+            aspect_ratio=4 / 3,
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=0.1 * self._scene.diameter,
+            color=color,
+            line_width=line_width,
+        )
+        self._stream.log(f"{path}/camera", frustum)
+
+    def _above(self, points: np.ndarray) -> np.ndarray:
+        """A place above points in a camera's frame, whose -y is up."""
+        x, _, z = points.mean(axis=0)
+        return np.array([x, points[:, 1].min() - 0.05 * self._scene.diameter, z])
+
+
+def _step(count: int, wanted: int) -> int:
+    return max(1, -(-count // wanted))
+
+
+def _thin(points: np.ndarray, wanted: int) -> np.ndarray:
+    return points[:: _step(len(points), wanted)].copy()  # a slice would keep the whole cloud in memory

@@ -1,0 +1,187 @@
+"""EpochRecords -> .rrd: losses, accuracies and the confusion matrix of a training, epoch by epoch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from orbitscan.processing.review import entities
+from orbitscan.processing.review.matrix import draw_matrix, view_matrix
+from orbitscan.processing.review.stream import open_stream
+from orbitscan.recorder.exceptions import UnwritableOutput
+
+if TYPE_CHECKING:
+    from orbitscan.processing.classification.evaluation import EpochRecord
+    from orbitscan.processing.classification.training import TrainingSettings
+
+EPOCH_TIMELINE = "epoch"  # from 1
+CURVES: dict[str, tuple[entities.Color, str]] = {
+    "/loss/training": (entities.METHOD_COLORS["ransac_icp"], "training"),
+    "/loss/validation": (entities.METHOD_COLORS["icp"], "validation"),
+    "/accuracy/training": (entities.METHOD_COLORS["ransac_icp"], "training"),
+    "/accuracy/validation": (entities.METHOD_COLORS["icp"], "validation"),
+    "/overfitting": (entities.METHOD_COLORS["refined"], "validation loss - training loss"),
+    "/views_per_second": (entities.METHOD_COLORS["pairwise"], "views per second"),
+}
+_SHOWN_CONFUSIONS = 5
+
+
+class TrainingReview:
+    """A training's Rerun recording; each epoch is flushed.
+
+    It is written to `model.part.rrd`, which the viewer can open meanwhile and which a killed training leaves behind,
+    and becomes `model.rrd` when the training is complete. A training that fails before its first epoch leaves nothing.
+    Raises UnwritableOutput where the file cannot be written.
+    """
+
+    def __init__(self, path: Path, categories: tuple[str, ...], settings: TrainingSettings) -> None:
+        self.path = path
+        self.part = path.with_suffix(".part" + path.suffix)
+        self._categories = categories
+        self._settings = settings
+        self._epochs = 0
+        self._stream = open_stream(f"{entities.APPLICATION_ID}-training-{path.stem}")
+        try:
+            self.part.parent.mkdir(parents=True, exist_ok=True)
+            self._stream.save(self.part, default_blueprint=lay_out(len(categories)))
+        except (OSError, RuntimeError) as error:
+            raise self._unwritable(error) from None
+        self._describe()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stream.disconnect()
+        if kind is None:
+            try:
+                self.part.replace(self.path)
+            except OSError as failure:
+                raise self._unwritable(failure) from None
+        elif not self._epochs:
+            self.part.unlink(missing_ok=True)
+
+    def add(self, record: EpochRecord) -> None:
+        """Writes what is known after an epoch."""
+        self._epochs += 1
+        self._stream.set_time(EPOCH_TIMELINE, sequence=record.epoch)
+        for path, value in _values(record):
+            if np.isfinite(value):
+                self._stream.log(path, rr.Scalars(value))
+        for name, drawing in draw_matrix(np.array(record.confusion), self._categories, self._categories).items():
+            self._stream.log(f"/confusion/{name}", drawing)
+        self._stream.log("/summary", _document(describe_epoch(record, self._categories, self._settings.epochs)))
+        self._stream.flush()
+
+    def _describe(self) -> None:
+        self._stream.send_recording_name(f"training of {self.path.stem}")
+        for path, (color, name) in CURVES.items():
+            self._stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[2.0]), static=True)
+        self._stream.log("/settings", _document(tabulate_settings(self._settings)), static=True)
+        self._stream.flush()
+
+    def _unwritable(self, error: Exception) -> UnwritableOutput:
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        return UnwritableOutput(self.path, f"cannot be written ({reason})", "choose another place with -o")
+
+
+def lay_out(categories: int) -> rrb.Blueprint:
+    """Curves at the left, the confusion matrix at the right with words below, at the last epoch."""
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                _curves("/loss", "Loss: cross-entropy [nats]", rrb.Corner2D.RightTop),
+                _curves("/accuracy", "Accuracy [share of the views]", rrb.Corner2D.RightBottom),
+                _curves("/overfitting", "Overfitting: validation loss - training loss [nats]"),
+                _curves("/views_per_second", "Views trained on per second"),
+                row_shares=[3, 3, 2, 1],
+            ),
+            rrb.Vertical(
+                view_matrix(
+                    "/confusion", "Validation views: true category (row), found one (column)", categories, categories
+                ),
+                rrb.Tabs(
+                    rrb.TextDocumentView(origin="/summary", name="Summary"),
+                    rrb.TextDocumentView(origin="/settings", name="Settings"),
+                ),
+                row_shares=[3, 1],
+            ),
+            column_shares=[1, 1],
+        ),
+        rrb.TimePanel(state="collapsed", timeline=EPOCH_TIMELINE, fps=2.0, play_state="following"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def describe_epoch(record: EpochRecord, categories: tuple[str, ...], epochs: int) -> str:
+    """An epoch in words, with the pairs of categories that are confused most, as Markdown."""
+    counts = np.array(record.confusion)
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    np.fill_diagonal(share, 0.0)
+    worst = np.argsort(-share, axis=None, kind="stable")[:_SHOWN_CONFUSIONS]
+    confused = [
+        f"{categories[true]} taken for {categories[found]}: {share[true, found]:.1%} of its views"
+        for true, found in (divmod(int(i), len(categories)) for i in worst)
+        if share[true, found] > 0
+    ]
+    lines = [
+        f"## Epoch {record.epoch} of {epochs}",
+        "",
+        f"Of the validation views **{record.validation_accuracy:.2%}** are right, of the training views "
+        f"{record.train_accuracy:.2%}. The loss is {record.validation_loss:.4f} on validation, "
+        f"{record.train_loss:.4f} on training: overfitting {record.overfitting:.4f}.",
+        "",
+    ]
+    if confused:
+        lines += ["Confused most:", "", *(f"- {pair}" for pair in confused)]
+    return "\n".join(lines)
+
+
+def tabulate_settings(settings: TrainingSettings) -> str:
+    """All settings as a Markdown table."""
+    rows = [f"| {name} | {value} |" for name, value in _flatten(asdict(settings))]
+    return "\n".join(["| setting | value |", "| --- | --- |", *rows])
+
+
+def _flatten(values: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    for name, value in values.items():
+        if isinstance(value, dict):
+            yield from _flatten(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, f"{value}" if value != "" else "(default)"
+
+
+def _values(record: EpochRecord) -> Iterator[tuple[str, float]]:
+    yield "/loss/training", record.train_loss
+    yield "/loss/validation", record.validation_loss
+    yield "/accuracy/training", record.train_accuracy
+    yield "/accuracy/validation", record.validation_accuracy
+    yield "/overfitting", record.overfitting
+    yield "/views_per_second", record.views_per_second
+
+
+def _curves(origin: str, title: str, legend: rrb.Corner2D | None = None) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(
+        origin=origin,
+        name=title,
+        axis_x=rrb.TimeAxis(link="LinkToGlobal"),
+        axis_y=rrb.ScalarAxis(range=(0.0, 1.02)) if origin == "/accuracy" else None,
+        interaction=rrb.PlotInteraction(points_display="Always"),
+        plot_legend=legend or rrb.PlotLegend(visible=False),
+    )
+
+
+def _document(markdown: str) -> rr.TextDocument:
+    return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)

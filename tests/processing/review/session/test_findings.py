@@ -1,0 +1,51 @@
+"""What is not in order, in words: pairs that the graph leaves out, other poses as good."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orbitscan.processing.results.edges import count_edges, left_out, strongest
+from orbitscan.processing.results.records import Candidate, ViewEstimate
+from orbitscan.processing.review.session.findings import describe_starts, explain, list_joint_findings
+from orbitscan.recorder import poses
+from tests.processing.review.made_results import make_pair
+from tests.processing.review.recordings import read_all, read_rows
+
+
+def test_a_view_is_spoken_for_by_its_best_edge_that_nothing_contradicts(reviewed):
+    found = reviewed[1][1].reconstruction["refined"]
+    assert {view: pair.target for view, pair in strongest(found.pairs).items()} == {1: 0, 2: 1, 3: 2}
+    assert count_edges(found.pairs) == {0: 1, 1: 2, 2: 2, 3: 1}
+    curve = read_rows(reviewed[0], "/evidence/edges/**", "Scalars:scalars")["/evidence/edges/refined"]
+    assert curve == {0: [1.0], 1: [2.0], 2: [2.0], 3: [1.0]}
+
+
+def test_an_edge_that_the_graph_leaves_out_is_a_line_of_the_log(reviewed):
+    path, (_, session) = reviewed
+    ((pair, disagreement),) = left_out(session.reconstruction["refined"])
+    assert (pair.source, pair.target) == (2, 0)
+    assert disagreement.degrees == pytest.approx(90)
+    assert disagreement.metres == pytest.approx(0, abs=1e-9)  # the quarter turn is about the line of sight
+    findings = [text for view, _, text in list_joint_findings(session) if view == 2]
+    assert findings == [
+        next(text for text in findings if "pair 2 to 0 is left out: the others contradict it by 90°" in text)
+    ]
+    assert findings[0] in read_all(path, "/log", "TextLog:text")
+
+
+def test_alternatives_are_named_by_their_turn():
+    half_turn = poses.from_quaternion(np.zeros(3), [0, 1, 0, 0], "")
+    pair = replace(make_pair(1, 0, "ambiguous", True, 2000), alternatives=(half_turn,))
+    assert "As good when turned by 180°" in explain(ViewEstimate(1, "ambiguous", np.eye(4)), pair)
+
+
+def test_starts_of_one_fate_are_told_together():
+    fates = (("previous", "ok", 0.8), ("a", "low_overlap", 0.3), ("identity", "ok", 0.2), ("b", "low_overlap", -0.1))
+    pair = replace(make_pair(1, 0, "ok", True, 2000), candidates=tuple(Candidate(*f) for f in fates), start="previous")
+    assert describe_starts(pair) == (
+        "previous (score 0.8) was chosen; "
+        "a (score 0.3), b (score -0.1) lost: too little of the surface lies on the earlier view; "
+        "identity (score 0.2) would hold too, but the surfaces agree less"
+    )
+    assert "would hold" in describe_starts(replace(pair, start=None))
