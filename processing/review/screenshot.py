@@ -23,7 +23,7 @@ SECONDS_TO_START = 60.0  # a slow machine, with other work
 SECONDS_TO_LOAD = 60.0
 SECONDS_TO_SETTLE = 0.6  # legends and ranges of plots come a few frames after the data
 SECONDS_OF_NOTICES = 2.0  # the viewer tells for so long, in a corner, that it loaded something
-_NO_DRIVER = "render context"  # of which a viewer that finds no driver speaks as it ends
+_NO_DRIVER = ("render context", "No graphics adapter")  # the last words of a viewer that finds no driver
 _MAKE_AGAIN = "make it again: it is cut, damaged, or no recording at all"
 
 
@@ -90,17 +90,17 @@ def start_viewer(size: str = SIZE) -> Iterator[ViewerClient]:
     """A client of a headless viewer, which ends with the block. Raises NoViewer where none starts, or it ends."""
     port = _free_port()
     command = [str(find_viewer()), "--headless", "--hide-welcome-screen", "--bind", "127.0.0.1", "--port", str(port)]
-    with TemporaryDirectory() as scratch, (Path(scratch) / "words").open("w+b") as words:
+    with TemporaryDirectory() as scratch, (Path(scratch) / "stderr").open("w+b") as stderr:
         process = subprocess.Popen(
             [*command, "--window-size", size],
             env={**os.environ, "RUST_LOG": "error", "TMPDIR": scratch},
             stdout=subprocess.DEVNULL,
-            stderr=words,
+            stderr=stderr,
         )
         try:
             yield cast(ViewerClient, _PatientViewer(_connect(process, port)))
         except ConnectionError as error:
-            raise _explain(error, process, words) from None
+            raise _explain(error, process, stderr) from None
         finally:
             process.terminate()
             process.wait(timeout=10)
@@ -210,7 +210,7 @@ def _is_slow(error: ConnectionError) -> bool:
     return "deadline" in str(error).lower() or "timeout" in str(error).lower()
 
 
-def _explain(error: ConnectionError, process: subprocess.Popen, words: BinaryIO) -> Exception:
+def _explain(error: ConnectionError, process: subprocess.Popen, stderr: BinaryIO) -> Exception:
     """What an error of the connection means: the viewer ended, or is slow; any other is returned as it is.
 
     Everything that a viewer tells comes as an error of the connection; that the other end is gone may show at once.
@@ -223,9 +223,9 @@ def _explain(error: ConnectionError, process: subprocess.Popen, words: BinaryIO)
         return NoViewer(
             "the viewer", f"does not answer within {SECONDS_TO_LOAD:.0f} s", "try again when less is running"
         )
-    words.seek(0)
-    last = words.read().decode("utf-8", "replace")
-    if _NO_DRIVER in last:
+    stderr.seek(0)
+    last = stderr.read().decode("utf-8", "replace")
+    if any(words in last for words in _NO_DRIVER):
         problem = "does not start without a display here: it finds no Vulkan driver"
         return NoViewer("the viewer", problem, "on Debian and Ubuntu: apt install mesa-vulkan-drivers libvulkan1")
     said = next((line.strip() for line in last.splitlines() if "panicked" in line), "")

@@ -88,6 +88,23 @@ def test_a_viewer_that_dies_for_want_of_a_driver_is_told_as_that(recording, tmp_
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("Failed to create headless render context: no adapter", "finds no Vulkan driver"),  # libvulkan, but no driver
+        ("Failed to create render state: No graphics adapter was found", "finds no Vulkan driver"),  # not even that
+        ("thread 'main' panicked at 'no room'", r"ended with status 102 \(thread 'main' panicked at 'no room'"),
+    ],
+)
+def test_a_viewers_last_words_are_told_as_what_they_mean(recording, monkeypatch, tmp_path, words, says):
+    dies = tmp_path / "rerun"
+    dies.write_text(f'#!/bin/sh\necho "{words}" >&2\nexit 102\n')
+    dies.chmod(0o755)
+    monkeypatch.setenv("RERUN_CLI_PATH", str(dies))
+    with pytest.raises(NoViewer, match=says):
+        take_picture(recording, tmp_path / "a.png")
+
+
 def test_the_suites_own_probe_says_why_nothing_is_drawn():
     """Without a driver every test that looks at pictures skips, with this as its reason."""
     hidden = os.environ | {"VK_DRIVER_FILES": "/nonexistent"}
