@@ -80,7 +80,7 @@ def reproduce(
         _print_report(report)
         typer.echo(f"See {', '.join(map(str, paths))}\n")
     if what == "all":
-        from orbitscan.processing.reproduction.index import write_index
+        from orbitscan.processing.reproduction.index.writing import write_index
 
         page, recording = write_index(plan)
         typer.echo(f"Look at it all: {page}, and orbitscan view {recording}")

@@ -7,6 +7,7 @@ at `/<kind>/<quantity>/<method>`, in the units that the quantity's name ends wit
 import colorsys
 
 import numpy as np
+import rerun as rr
 
 from orbitscan.processing.timing import STAGES
 
@@ -152,3 +153,8 @@ def height_colors(points: np.ndarray, up: np.ndarray) -> np.ndarray:
     low, high = np.percentile(height, [1, 99]) if len(points) else (0.0, 1.0)
     share = np.clip((height - low) / max(high - low, 1e-9), 0, 1)[:, None]
     return ((1 - share) * np.array(FOOT_COLOR) + share * np.array(TOP_COLOR)).astype(np.uint8)
+
+
+def entity_path(*parts: str) -> str:
+    """An entity by its parts, which may hold any sign."""
+    return "/" + "/".join(map(rr.escape_entity_path_part, parts))

@@ -12,8 +12,8 @@ from orbitscan.processing.results.confusion import Confusion
 from orbitscan.processing.results.records import METHODS
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.batch.confusion import describe_confusion, log_confusion, view_confusion
+from orbitscan.processing.review.curves import ROUNDING
 from orbitscan.processing.review.markdown import in_mm, number
-from orbitscan.processing.review.session.curves import ROUNDING
 from orbitscan.processing.review.session.tables import write_table
 from orbitscan.processing.review.stream import whole_recording
 

@@ -20,10 +20,10 @@ from orbitscan.processing.review.comparison.words import (
     list_notes,
     session_rows,
 )
-from orbitscan.processing.review.session.curves import ROUNDING
+from orbitscan.processing.review.curves import ROUNDING
+from orbitscan.processing.review.entities import entity_path
 from orbitscan.processing.review.session.tables import write_table
 from orbitscan.processing.review.stream import whole_recording
-from orbitscan.processing.review.study import entity_path
 
 SHOWN_SESSIONS = 6  # of a batch, the worst: each with both models
 SHOWN_VIEWS = 40  # of a session's table of changes

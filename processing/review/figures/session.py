@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from orbitscan.processing.results.edges import strongest
 from orbitscan.processing.results.files import read_results
 from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.review.curves import ROUNDING
 from orbitscan.processing.review.figures.style import (
     ERRORS,
     FOLDER,
@@ -24,7 +25,6 @@ from orbitscan.processing.review.figures.style import (
     needs_logarithm,
     save,
 )
-from orbitscan.processing.review.session.curves import ROUNDING
 
 CROWDED = 60  # views, from which on a curve's points would hide each other
 BESIDE = 0.15  # of a view, between the marks of two methods

@@ -6,8 +6,8 @@ import rerun as rr
 
 from orbitscan.processing.results.records import SessionClassification, SessionResult, ViewClassification
 from orbitscan.processing.review import entities
+from orbitscan.processing.review.curves import Style, Value
 from orbitscan.processing.review.markdown import ENUMERATED, enumerate_views, name_view
-from orbitscan.processing.review.session.curves import Style, Value
 
 SHOWN_PROBABILITY = 0.05  # a category that stays below is only in the way
 _TRUE_WIDTH, _OTHER_WIDTH = 4.0, 1.5

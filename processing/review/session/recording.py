@@ -13,15 +13,15 @@ from orbitscan.processing.reconstruction.coverage import Coverage, measure_cover
 from orbitscan.processing.results.edges import count_edges, strongest
 from orbitscan.processing.results.records import METHODS, MethodResult, SessionResult, ViewClassification, ViewResult
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.growing import GrowingRecording
-from orbitscan.processing.review.session import classification, findings, marks, summary, tables
-from orbitscan.processing.review.session.curves import (
+from orbitscan.processing.review.curves import (
     Curves,
     error_values,
     evidence_values,
     timing_values,
     turntable_values,
 )
+from orbitscan.processing.review.growing import GrowingRecording
+from orbitscan.processing.review.session import classification, findings, marks, summary, tables
 from orbitscan.processing.review.session.layout import lay_out
 from orbitscan.processing.review.session.model import log_model
 from orbitscan.processing.review.session.scene import Scene

@@ -6,12 +6,13 @@ from typing import Any
 
 import rerun as rr
 
+from orbitscan.processing.reproduction.index.claims_grid import draw_claims
+from orbitscan.processing.reproduction.index.columns import lay_out_columns
+from orbitscan.processing.reproduction.index.layout import HEADINGS, SHARED_TIMELINE, lay_out
+from orbitscan.processing.reproduction.index.study import StudyReview, collect_verdicts
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.claims_grid import draw_claims
-from orbitscan.processing.review.columns import lay_out_columns
-from orbitscan.processing.review.reproduction_layout import HEADINGS, SHARED_TIMELINE, lay_out
+from orbitscan.processing.review.entities import entity_path
 from orbitscan.processing.review.stream import whole_recording
-from orbitscan.processing.review.study import StudyReview, collect_verdicts, entity_path
 from orbitscan.processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
 
 _LARGEST = 64 << 20  # bytes of the whole

@@ -4,12 +4,12 @@ import json
 from pathlib import Path
 
 from orbitscan.processing.reproduction import STUDIES
-from orbitscan.processing.reproduction.page import Study, render_page, state_facts
+from orbitscan.processing.reproduction.index.page import Study, render_page, state_facts
+from orbitscan.processing.reproduction.index.recording import write_reproduction
+from orbitscan.processing.reproduction.index.study import StudyReview
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration_files import read_frames, read_models
 from orbitscan.processing.reproduction.report import FORMAT_VERSION
-from orbitscan.processing.review.reproduction import write_reproduction
-from orbitscan.processing.review.study import StudyReview
 from orbitscan.recorder.atomic import write_whole
 from orbitscan.recorder.exceptions import InvalidOption
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import rerun.blueprint as rrb
 
+from orbitscan.processing.reproduction.index.claims_grid import view_claims
+from orbitscan.processing.reproduction.index.columns import name_column
+from orbitscan.processing.reproduction.index.study import Curve, StudyReview, collect_verdicts
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.claims_grid import view_claims
-from orbitscan.processing.review.columns import name_column
-from orbitscan.processing.review.study import StudyReview, collect_verdicts, entity_path
-from orbitscan.processing.review.study_curves import Curve
+from orbitscan.processing.review.entities import entity_path
 from orbitscan.processing.review.verdicts import VERDICTS
 
 SHARED_TIMELINE = "step_or_view"  # the viewer plots over one timeline at a time: here all curves are on it

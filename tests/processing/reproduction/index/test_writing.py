@@ -11,8 +11,8 @@ import pytest
 from rerun.chunk import RrdReader
 
 from orbitscan.processing.reproduction import STUDIES, drawing
-from orbitscan.processing.reproduction.index import read_studies, write_index
-from orbitscan.processing.reproduction.page import number, shorten_command, state_facts
+from orbitscan.processing.reproduction.index.page import number, shorten_command, state_facts
+from orbitscan.processing.reproduction.index.writing import read_studies, write_index
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration_files import read_frames, read_models
 from orbitscan.processing.reproduction.report import Report, write

@@ -11,7 +11,7 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined
 
 from orbitscan.processing.reproduction.claims import FEWEST_RUNS
-from orbitscan.processing.review.columns import Column, lay_out_columns, name_column
+from orbitscan.processing.reproduction.index.columns import Column, lay_out_columns, name_column
 from orbitscan.processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
 
 MARKS = dict(zip(VERDICTS, ("✓", "✗", "?"), strict=True))

@@ -9,13 +9,18 @@ from matplotlib.figure import Figure
 from rerun.chunk import RrdReader
 
 from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.index.claims_grid import draw_claims
+from orbitscan.processing.reproduction.index.columns import lay_out_columns, name_column, write_value
+from orbitscan.processing.reproduction.index.layout import SHARED_TIMELINE
+from orbitscan.processing.reproduction.index.recording import (
+    _color_lines,
+    list_claims,
+    tabulate_rows,
+    write_reproduction,
+)
+from orbitscan.processing.reproduction.index.study import StudyReview
+from orbitscan.processing.reproduction.index.study_curves import find_curves, find_timeline
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.claims_grid import draw_claims
-from orbitscan.processing.review.columns import lay_out_columns, name_column, write_value
-from orbitscan.processing.review.reproduction import _color_lines, list_claims, tabulate_rows, write_reproduction
-from orbitscan.processing.review.reproduction_layout import SHARED_TIMELINE
-from orbitscan.processing.review.study import StudyReview
-from orbitscan.processing.review.study_curves import find_curves, find_timeline
 from orbitscan.processing.review.verdicts import Statement, conclude, count_verdicts
 from orbitscan.recorder.exceptions import UnwritableOutput
 from tests import viewer
