@@ -140,7 +140,7 @@ def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings
 
 def _choose_viewer(address: str) -> str:
     """The address of a viewer, of which one may be opened later; says so where nobody listens."""
-    from orbitscan.processing.review.growing import is_address, is_open
+    from orbitscan.processing.review.stream import is_address, is_open
 
     if not is_address(address):
         raise InvalidOption(f"--viewer {address}", "no address of a viewer", f"write it like {VIEWER}")

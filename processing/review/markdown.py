@@ -1,4 +1,4 @@
-"""Numbers, views and motions as words and tables give them."""
+"""Numbers, views and motions in words, and Markdown tables of them."""
 
 from collections.abc import Sequence
 
@@ -52,3 +52,10 @@ def describe_freedom(freedom: Freedom) -> str:
 def name_gap(start_deg: float, end_deg: float) -> str:
     """`no view between 200° and 250°`: of a gap that may go past 360."""
     return f"no view between {start_deg:.0f}° and {(end_deg - 1e-6) % 360 + 1e-6:.0f}°"
+
+
+def write_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """The lines of a Markdown table; a column without any content is left out."""
+    columns = [column for column in zip(header, *rows, strict=True) if any(column[1:])]
+    title, *content = zip(*columns, strict=True)
+    return ["| " + " | ".join(cells) + " |" for cells in (title, ["---"] * len(title), *content)]

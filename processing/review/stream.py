@@ -1,13 +1,15 @@
-"""A Rerun recording that appears whole or not at all, the same from the same content."""
+"""Rerun recordings: one that appears whole or not at all, and one that grows on the disk and in an open viewer."""
 
 import errno
 import hashlib
 import os
 import re
 import shutil
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -15,6 +17,7 @@ import rerun.blueprint as rrb
 from orbitscan.processing.review.entities import APPLICATION_ID
 from orbitscan.recorder.atomic import whole_file
 
+_ANSWER_S = 0.3  # for a viewer to take a connection
 _SPARE = 1 << 20  # bytes of a disk that are left free
 
 
@@ -32,6 +35,39 @@ def whole_recording(
             stream.save(part, default_blueprint=blueprint)
             stream.send_recording_name(name)
             yield stream
+
+
+class GrowingRecording:
+    """A stream into a file, readable up to the last `flush` whatever happens then, and to a viewer where one is open.
+
+    A viewer that is not there, or goes away, costs nothing. On a full disk rerun's writer may wait for ever: `reserve`
+    asks for the room first.
+    """
+
+    def __init__(self, path: Path, recording_id: str, viewer: str | None = None) -> None:
+        self.stream = open_stream(recording_id)
+        self._path = path
+        self._is_live = viewer is not None and is_open(viewer)
+        if self._is_live:
+            self.stream.set_sinks(rr.GrpcSink(viewer), rr.FileSink(path))
+        else:
+            self.stream.save(path)
+
+    def reserve(self, size: int) -> None:
+        """Raises OSError where the disk has no room for so many bytes."""
+        reserve(self._path.parent, size)
+
+    def flush(self) -> None:
+        """Everything logged is in the file when this returns. Raises OSError."""
+        try:
+            self.stream.flush()
+        except RuntimeError as error:
+            if not (self._is_live and "gRPC" in str(error)):
+                raise OSError(errno.EIO, str(error)) from error
+
+    def close(self) -> None:
+        """Completes the file."""
+        self.stream.disconnect()
 
 
 def open_stream(recording_id: str) -> rr.RecordingStream:
@@ -60,3 +96,22 @@ def reserve(folder: Path, size: int) -> None:
     """Raises OSError where a folder's disk has no room for so many bytes: on a full one rerun may wait for ever."""
     if shutil.disk_usage(folder).free < size + _SPARE:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def is_open(viewer: str) -> bool:
+    """Whether something listens at a viewer's address."""
+    place = urlsplit(viewer)
+    try:
+        with socket.create_connection((place.hostname, place.port), timeout=_ANSWER_S):
+            return True
+    except OSError:
+        return False
+
+
+def is_address(text: str) -> bool:
+    """Whether a text is the address of a viewer, such as rerun+http://127.0.0.1:9876/proxy."""
+    place = urlsplit(text)
+    try:
+        return bool(place.scheme.startswith("rerun") and place.hostname and place.port)
+    except ValueError:  # a port that is no number
+        return False

@@ -13,8 +13,7 @@ from orbitscan.processing.results.records import METHODS
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.batch.confusion import describe_confusion, log_confusion, view_confusion
 from orbitscan.processing.review.curves import ROUNDING
-from orbitscan.processing.review.markdown import in_mm, number
-from orbitscan.processing.review.session.tables import write_table
+from orbitscan.processing.review.markdown import in_mm, number, write_table
 from orbitscan.processing.review.stream import whole_recording
 
 SHOWN_ROWS = 100  # of the table: the worst

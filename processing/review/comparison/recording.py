@@ -22,7 +22,7 @@ from orbitscan.processing.review.comparison.words import (
 )
 from orbitscan.processing.review.curves import ROUNDING
 from orbitscan.processing.review.entities import entity_path
-from orbitscan.processing.review.session.tables import write_table
+from orbitscan.processing.review.markdown import write_table
 from orbitscan.processing.review.stream import whole_recording
 
 SHOWN_SESSIONS = 6  # of a batch, the worst: each with both models

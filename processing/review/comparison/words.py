@@ -4,8 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from orbitscan.processing.results.comparison.records import Comparison, Difference, SessionComparison, ViewComparison
-from orbitscan.processing.review.markdown import in_mm, number
-from orbitscan.processing.review.session.tables import write_table
+from orbitscan.processing.review.markdown import in_mm, number, write_table
 
 NAMED = 5  # sessions that a sentence names
 ARROW = " → "

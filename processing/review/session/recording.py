@@ -20,14 +20,13 @@ from orbitscan.processing.review.curves import (
     timing_values,
     turntable_values,
 )
-from orbitscan.processing.review.growing import GrowingRecording
 from orbitscan.processing.review.session import classification, findings, marks, summary, tables
 from orbitscan.processing.review.session.layout import lay_out
-from orbitscan.processing.review.session.model import log_model
 from orbitscan.processing.review.session.scene import Scene
 from orbitscan.processing.review.session.shading import shade_views
 from orbitscan.processing.review.session.view_story import Seen, tell
 from orbitscan.processing.review.session.views import PlacedViews
+from orbitscan.processing.review.stream import GrowingRecording
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import SessionInfo
 
@@ -142,7 +141,7 @@ class SessionReview:
         coverage = self._measure_coverage(result, best)
         self._log_marks(result, best, coverage)
         if result.model is not None:
-            log_model(self._stream, result.model, self._scene.up)
+            marks.log_model(self._stream, result.model, self._scene.up)
         self._send_layout(result, best)
         self._log_text("/summary", summary.summarize(result, self._methods, coverage))
         self._log_text("/table", tables.tabulate_views(result, self._methods))

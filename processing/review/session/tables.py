@@ -6,7 +6,7 @@ import numpy as np
 
 from orbitscan.processing.results.edges import count_edges, strongest
 from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
-from orbitscan.processing.review.markdown import count, in_mm, number, percent
+from orbitscan.processing.review.markdown import count, in_mm, number, percent, write_table
 from orbitscan.processing.review.session.classification import describe_view
 from orbitscan.processing.review.session.findings import observable_error
 
@@ -81,13 +81,6 @@ def tabulate_methods(result: SessionResult, methods: Sequence[str]) -> list[str]
     if any(row[-1] for row in rows):
         what += " Observable: with the motions granted that nothing determines."
     return [*write_table(header, rows), "", what]
-
-
-def write_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """The lines of a Markdown table; a column without any content is left out."""
-    columns = [column for column in zip(header, *rows, strict=True) if any(column[1:])]
-    title, *content = zip(*columns, strict=True)
-    return ["| " + " | ".join(cells) + " |" for cells in (title, ["---"] * len(title), *content)]
 
 
 def _largest_observable(found: MethodResult) -> float | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from orbitscan.processing.results.edges import strongest
 from orbitscan.processing.results.records import METHODS, PairEstimate, ViewClassification, ViewEstimate, ViewResult
-from orbitscan.processing.review.markdown import count, in_mm, name_view, number, percent
+from orbitscan.processing.review.markdown import count, in_mm, name_view, number, percent, write_table
 from orbitscan.processing.review.session.classification import describe_view
 from orbitscan.processing.review.session.findings import (
     describe_free_motions,
@@ -16,7 +16,6 @@ from orbitscan.processing.review.session.findings import (
     list_starts,
     observable_error,
 )
-from orbitscan.processing.review.session.tables import write_table
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from orbitscan.processing.reproduction.index.recording import (
     tabulate_rows,
     write_reproduction,
 )
-from orbitscan.processing.reproduction.index.study import StudyReview
-from orbitscan.processing.reproduction.index.study_curves import find_curves, find_timeline
+from orbitscan.processing.reproduction.index.study import StudyReview, find_curves, find_timeline
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.verdicts import Statement, conclude, count_verdicts
 from orbitscan.recorder.exceptions import UnwritableOutput
