@@ -118,8 +118,8 @@ def test_the_truth_is_asked_for_in_few_places():
     readers = {m for m, path in sources.items() if path.exists() and ".truth()" in path.read_text(encoding="utf-8")}
     assert readers == {
         "processing.batch",
-        "processing.reproduction.models",  # which shows a model from its front
-        "processing.reproduction.overlap_runs",  # which turns the start, and judges
+        "processing.reproduction.registration.models",  # which shows a model from its front
+        "processing.reproduction.overlap.run",  # which turns the start, and judges
     }
 
 

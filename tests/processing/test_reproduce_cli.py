@@ -24,7 +24,7 @@ def orbitscan(tmp_path):
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_every_study_is_a_function_with_a_word_on_it(name):
-    module, function = STUDIES[name].split(".")
+    module, _, function = STUDIES[name].rpartition(".")
     assert find(name) is getattr(import_module(f"orbitscan.processing.reproduction.{module}"), function)
     assert find(name).__doc__
 
@@ -43,7 +43,9 @@ def test_every_study_is_a_function_with_a_word_on_it(name):
 def test_wrong_input_is_one_sentence(orbitscan, tmp_path, arguments, said):
     status, out, err = orbitscan("reproduce", *arguments, "-o", "out")
     assert (status, out) == (2, "")
-    assert err.removeprefix("orbitscan: error: ").startswith(said)
+    assert (
+        err.splitlines()[-1].removeprefix("orbitscan: error: ").startswith(said)
+    )  # the first may announce compilation
     assert err.count("\n") == 1
     assert not (tmp_path / "out").exists()
 

@@ -6,8 +6,8 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from orbitscan.processing.reproduction.verdicts import VERDICTS
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.verdicts import VERDICTS
 
 VERDICT_COLORS = dict(zip(VERDICTS, (entities.GOOD_COLOR, entities.BAD_COLOR, entities.ENTROPY_COLOR), strict=True))
 MARKS = dict(zip(VERDICTS, ("yes", "no", "?"), strict=True))  # no colour alone tells what another does not

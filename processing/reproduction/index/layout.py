@@ -9,9 +9,9 @@ import rerun.blueprint as rrb
 from orbitscan.processing.reproduction.index.claims_grid import view_claims
 from orbitscan.processing.reproduction.index.columns import name_column
 from orbitscan.processing.reproduction.index.study import Curve, StudyReview, collect_verdicts
+from orbitscan.processing.reproduction.verdicts import VERDICTS
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.entities import entity_path
-from orbitscan.processing.review.verdicts import VERDICTS
 
 SHARED_TIMELINE = "step_or_view"  # the viewer plots over one timeline at a time: here all curves are on it
 HEADINGS = dict(zip(VERDICTS, ("Holds", "Does not hold", "Cannot be told"), strict=True))

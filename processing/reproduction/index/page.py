@@ -12,7 +12,7 @@ from jinja2 import Environment, StrictUndefined
 
 from orbitscan.processing.reproduction.claims import FEWEST_RUNS
 from orbitscan.processing.reproduction.index.columns import Column, lay_out_columns, name_column
-from orbitscan.processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
+from orbitscan.processing.reproduction.verdicts import VERDICTS, Statement, conclude, count_verdicts
 
 MARKS = dict(zip(VERDICTS, ("✓", "✗", "?"), strict=True))
 _ROWS = 12  # of a table shown whole

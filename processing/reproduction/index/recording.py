@@ -10,10 +10,10 @@ from orbitscan.processing.reproduction.index.claims_grid import draw_claims
 from orbitscan.processing.reproduction.index.columns import lay_out_columns
 from orbitscan.processing.reproduction.index.layout import HEADINGS, SHARED_TIMELINE, lay_out
 from orbitscan.processing.reproduction.index.study import StudyReview, collect_verdicts
+from orbitscan.processing.reproduction.verdicts import VERDICTS, Statement, conclude, count_verdicts
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.entities import entity_path
 from orbitscan.processing.review.stream import whole_recording
-from orbitscan.processing.review.verdicts import VERDICTS, Statement, conclude, count_verdicts
 
 _LARGEST = 64 << 20  # bytes of the whole
 _MODEL_POINTS = 20_000

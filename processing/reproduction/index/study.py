@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from orbitscan.processing.reproduction.index.columns import THESIS, is_number
+from orbitscan.processing.reproduction.verdicts import Statement
 from orbitscan.processing.review.entities import entity_path
-from orbitscan.processing.review.verdicts import Statement
 
 Cloud = tuple[np.ndarray, np.ndarray | None]  # points (N, 3), z up; colours (N, 3) uint8
 TIMELINES = {"step": "", "view": "error"}  # columns that count -> what is in the names of the quantities over them

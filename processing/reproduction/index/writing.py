@@ -8,16 +8,12 @@ from orbitscan.processing.reproduction.index.page import Study, render_page, sta
 from orbitscan.processing.reproduction.index.recording import write_reproduction
 from orbitscan.processing.reproduction.index.study import StudyReview
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.registration_files import read_frames, read_models
+from orbitscan.processing.reproduction.registration.files import read_frames, read_models
 from orbitscan.processing.reproduction.report import FORMAT_VERSION
 from orbitscan.recorder.atomic import write_whole
 from orbitscan.recorder.exceptions import InvalidOption
 
-GROUPS = {
-    "registration": "Registration",
-    "models": "Registration",
-    "overlap": "Overlap",
-}  # by module; the others classify
+GROUPS = {"registration": "Registration", "overlap": "Overlap"}  # by room; the others classify
 FRAMES, MODELS = "figure-5.8", "figure-5.9"
 
 

@@ -6,16 +6,11 @@ from functools import partial
 import pytest
 
 from orbitscan.processing.cli import app
-from orbitscan.processing.reproduction import (
-    STUDIES,
-    gallery,
-    models,
-    overlap,
-    overlap_runs,
-    registration,
-    registration_errors,
-    registration_runs,
-)
+from orbitscan.processing.reproduction import STUDIES
+from orbitscan.processing.reproduction.overlap import run as overlap_run
+from orbitscan.processing.reproduction.overlap import study as overlap
+from orbitscan.processing.reproduction.registration import errors, figures, models, run
+from orbitscan.processing.reproduction.views import gallery
 from orbitscan.processing.review.figures import style
 from orbitscan.recorder import cli as recorder_cli
 from orbitscan.recorder.simulation import corpus
@@ -28,13 +23,13 @@ def tiny(monkeypatch, tmp_path):
     monkeypatch.setattr(corpus, "INSTANCES", dict.fromkeys(corpus.INSTANCES, 2))
     monkeypatch.setattr(corpus, "ELEVATIONS_DEG", {1: 30.0})
     monkeypatch.setattr(corpus, "Camera", partial(corpus.Camera, focal=150.0))
-    for module in (registration_runs, registration_errors, registration, models):
+    for module in (run, errors, figures, models):
         monkeypatch.setattr(module, "OBJECTS", {"robot": 120.0})
-    monkeypatch.setattr(registration_runs, "FEW", 5)
-    monkeypatch.setattr(registration_runs, "CIRCLE", 60)
+    monkeypatch.setattr(run, "FEW", 5)
+    monkeypatch.setattr(run, "CIRCLE", 60)
     monkeypatch.setattr(overlap, "OBJECTS", ("robot",))
     monkeypatch.setattr(overlap, "AZIMUTHS_DEG", (10, 20))
-    monkeypatch.setattr(overlap_runs, "simulate", partial(overlap_runs.simulate, focal=120.0))
+    monkeypatch.setattr(overlap_run, "simulate", partial(overlap_run.simulate, focal=120.0))
     monkeypatch.setattr(gallery, "OBJECTS", ("robot",))
     monkeypatch.setattr(gallery, "CATEGORIES", ("bowl",))
     monkeypatch.setattr(gallery, "COLUMNS", 2)

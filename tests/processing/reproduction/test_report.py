@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from orbitscan.processing.reproduction import drawing
+from orbitscan.processing.reproduction.drawing import charts
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, write
 from orbitscan.recorder.exceptions import UnwritableOutput
@@ -15,8 +15,8 @@ ROWS = [{"name": "a", "loss": 0.5, "thesis_loss": None}, {"name": "b", "loss": 0
 
 
 def make():
-    figure, ((axes,),) = drawing.new_figure()
-    drawing.draw_boxes(axes, {"a": [1, 2, 3], "b": np.arange(10)}, "loss [nats]")
+    figure, ((axes,),) = charts.new_figure()
+    charts.draw_boxes(axes, {"a": [1, 2, 3], "b": np.arange(10)}, "loss [nats]")
     return Report("table-0.1", "A table", ROWS, ["It holds."], {"figure-0.1": figure}, {"epochs": 2})
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.classification.voxels import VoxelSettings
-from orbitscan.processing.reproduction import counts, data, initialisations, orientation, structures
 from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.training import counts, data, initialisations, orientation, structures
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.simulation import corpus
 from tests.processing.reproduction import fakes

@@ -19,8 +19,8 @@ from orbitscan.processing.reproduction.index.recording import (
     write_reproduction,
 )
 from orbitscan.processing.reproduction.index.study import StudyReview, find_curves, find_timeline
+from orbitscan.processing.reproduction.verdicts import Statement, conclude, count_verdicts
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.verdicts import Statement, conclude, count_verdicts
 from orbitscan.recorder.exceptions import UnwritableOutput
 from tests import viewer
 

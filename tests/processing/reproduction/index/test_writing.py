@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.reproduction import STUDIES, drawing
+from orbitscan.processing.reproduction import STUDIES
+from orbitscan.processing.reproduction.drawing import charts
 from orbitscan.processing.reproduction.index.page import number, shorten_command, state_facts
 from orbitscan.processing.reproduction.index.writing import read_studies, write_index
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.registration_files import read_frames, read_models
+from orbitscan.processing.reproduction.registration.files import read_frames, read_models
 from orbitscan.processing.reproduction.report import Report, write
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.formats import ply
@@ -61,8 +62,8 @@ class Page(HTMLParser):
 
 
 def draw():
-    figure, ((axes,),) = drawing.new_figure()
-    drawing.draw_bars(axes, ["a"], {"loss": [1.0]}, "loss [nats]")
+    figure, ((axes,),) = charts.new_figure()
+    charts.draw_bars(axes, ["a"], {"loss": [1.0]}, "loss [nats]")
     return figure
 
 

@@ -1,0 +1,191 @@
+"""Table 5.3: the network from four initialisations against four descriptors, by accuracy and by seconds."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from orbitscan.processing.classification.descriptor_matching import Kind
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.descriptors.run import KNOWN, TESTED, Learning, Matching, choose, run_once
+from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.runs import keep
+from orbitscan.processing.reproduction.training import data, initialisations
+from orbitscan.processing.reproduction.training.initialisations import NAMES
+from orbitscan.processing.reproduction.training.run import change_thesis, column
+
+THESIS: dict[Kind, tuple[float, int]] = {  # accuracy [%], seconds for TESTED views
+    "shot": (91.77, 175),
+    "fpfh": (87.55, 240),
+    "pfh": (89.87, 6049),
+    "esf": (83.54, 15),
+}
+THESIS_NETWORK_S = 0.1  # at most, on a GPU
+SAME = "Glorot, same test views"  # the network on what the descriptors name
+CONTROL = f"Glorot, {KNOWN} views each"  # and on what they know
+SECONDS = f"seconds_for_{TESTED}"
+Runs = dict[str, list[dict[str, Any]]]
+_STAR = {"linestyle": "", "marker": "*", "markersize": 10, "color": "black", "markeredgecolor": "white"}
+
+
+def compare_descriptors(plan: Plan) -> Report:
+    """Accuracy and seconds of each way to name a view."""
+    networks = {NAMES[init]: runs for init, runs in initialisations.run_all(plan).items()}
+    matched = _match_all(plan)
+    rows = _tabulate(networks, matched)
+    return Report(
+        "table-5.3",
+        "Networks against descriptors",
+        rows,
+        [_describe(matched), *_claim(networks, matched), _rank(rows)],
+        {"table-5.3": _draw(networks | matched, rows)},
+        {"known_views_of_a_category": KNOWN, "tested_views": matched[SAME][0]["tested"], "threads": 1},
+        [name for name in rows[0] if not name.endswith(("_measured", "_gpu"))],
+    )
+
+
+def _match_all(plan: Plan) -> Runs:
+    """The runs of each descriptor, and of the network on the same views: all that name exactly the same ones."""
+    found = data.provide(plan)
+    every = 1 if plan.dataset is None else plan.every  # a virtual circle is recorded thinned
+    sessions = data.open_circles(plan)
+    how = change_thesis({"precision": plan.precision})
+    slowest: list[Kind] = sorted(THESIS, key=lambda kind: -THESIS[kind][1])  # first, so that no worker waits for it
+    tasks: list[Matching | Learning] = []
+    for seed in plan.seeds:
+        choice = choose(sessions, every, seed)
+        tasks += [Matching(kind, found, *choice, seed) for kind in slowest]
+        tasks += [Learning(learns, found, *choice, how, seed, plan.device) for learns in ("all", "known")]
+    results = keep(plan, run_once, tasks, "Matching descriptors, and networks on the same views")
+    names = [*(kind.upper() for kind in slowest), SAME, CONTROL]
+    runs = {name: results[i :: len(names)] for i, name in enumerate(names)}
+    return {name: runs[name] for name in (*(kind.upper() for kind in THESIS), SAME, CONTROL)}
+
+
+def _tabulate(networks: Runs, matched: Runs) -> list[dict[str, Any]]:
+    """A row for each classifier: the means over the runs; networks of one structure take one time."""
+    network = f"< {THESIS_NETWORK_S} (GPU)"
+    rows = [
+        _row(name, runs, matched[SAME], "all", initialisations.THESIS[init][0], network)
+        for (name, runs), init in zip(networks.items(), NAMES, strict=True)
+    ]
+    for name, runs in matched.items():
+        accuracy, seconds = THESIS.get(name.lower(), (None, None))  # type: ignore[call-overload]
+        rows.append(_row(name, runs, runs, str(runs[0]["tested"]), accuracy, seconds and str(seconds)))
+    return rows
+
+
+def _row(
+    name: str,
+    runs: Sequence[dict[str, Any]],
+    timed: Sequence[dict[str, Any]],
+    tested: str,
+    thesis_accuracy: float | None,
+    thesis_seconds: str | None,
+) -> dict[str, Any]:
+    on_gpu = timed[0].get("gpu_seconds") is not None
+    return {
+        "classifier": name,
+        "known_views": timed[0]["known"],
+        "tested_views": tested,
+        "accuracy_percent": _mean(runs, "accuracy", 100),
+        "thesis_accuracy_percent": thesis_accuracy,
+        SECONDS: float(np.mean(_scale(timed))),
+        f"{SECONDS}_gpu": float(np.mean(_scale(timed, "gpu_seconds"))) if on_gpu else None,
+        "thesis_seconds": thesis_seconds,
+        "seconds_measured": _mean(timed, "seconds"),
+        "views_measured": timed[0]["tested"],
+    }
+
+
+def _describe(matched: Runs) -> str:
+    """What each classifier had to know and to name."""
+    network, tested = matched[SAME][0], matched[SAME][0]["tested"]
+    few = matched["SHOT"][0]["known"]
+    scaled = "" if tested == TESTED else f"; the seconds are scaled to {TESTED}"
+    return (
+        f"The descriptors know {few} views, {KNOWN} of each category at most, drawn anew for each run, and name "
+        f"{tested} of the test views, on one thread{scaled}. The networks have {network['known']} training views, "
+        f"{network['known'] / few:.1f} times as many, and their accuracy is of all test views; in the thesis, too, the "
+        f"descriptors had a part of the views only. The last two rows name the same views as the descriptors: "
+        f"'{SAME}' has all training views, '{CONTROL}' those the descriptors know, in as many batches."
+    )
+
+
+def _claim(networks: Runs, matched: Runs) -> list[str]:
+    """The thesis's orders, step by step, by accuracy and by seconds, and what our controls say of it."""
+    accuracy = {name: column(runs, "accuracy", 100) for name, runs in (networks | matched).items()}
+    seconds = {name: _scale(runs) for name, runs in matched.items()}
+    order, slowest = ([kind.upper() for kind in sorted(THESIS, key=lambda k: -THESIS[k][i])] for i in (0, 1))
+    ours = "Our control, no claim of the thesis: "
+    accurate = [(f"The network from {name} is more accurate than SHOT", name, "SHOT") for name in networks]
+    accurate += [(f"{better} is more accurate than {worse}", better, worse) for better, worse in pairwise(order)]
+    accurate += [
+        (f"{ours}on the same test views the network is more accurate than SHOT", SAME, "SHOT"),
+        (f"{ours}with the same known views the network is more accurate than SHOT", CONTROL, "SHOT"),
+    ]
+    slow = [(f"{slower} takes longer than {faster}", slower, faster) for slower, faster in pairwise(slowest)]
+    slow.append((f"{slowest[-1]} takes longer than the network", slowest[-1], SAME))
+    return [
+        *(str(compare(text, accuracy[a], accuracy[b], "points")) for text, a, b in accurate),
+        *(str(compare(text, seconds[a], seconds[b], "s")) for text, a, b in slow),
+    ]
+
+
+def _rank(rows: Sequence[dict[str, Any]]) -> str:
+    """The descriptors by seconds, here and in the thesis."""
+    seconds = {row["classifier"]: row[SECONDS] for row in rows if row["classifier"].lower() in THESIS}
+    here = sorted(seconds, key=seconds.__getitem__)
+    thesis = sorted(seconds, key=lambda name: THESIS[name.lower()][1])
+    network = next(row for row in rows if row["classifier"] == SAME)
+    gpu = network[f"{SECONDS}_gpu"]
+    return (
+        f"From fast to slow: {', '.join(here)}; in the thesis: {', '.join(thesis)}. For {TESTED} views {here[0]} takes "
+        f"{seconds[here[0]]:.3g} s, the network {network[SECONDS]:.2g} s on one thread"
+        + (f" and {gpu:.2g} s on the GPU." if gpu else ".")
+    )
+
+
+def _scale(runs: Sequence[dict[str, Any]], key: str = "seconds") -> list[float]:
+    """The seconds of every run for as many views as the thesis's."""
+    return [run[key] * TESTED / run["tested"] for run in runs]
+
+
+def _mean(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> float:
+    return float(np.mean(column(runs, key, factor)))
+
+
+def _draw(runs: Runs, rows: Sequence[dict[str, Any]]) -> charts.Figure:
+    figure, ((accuracy, seconds),) = charts.new_figure(1, 2, width=9, height=4)
+    charts.draw_boxes(
+        accuracy,
+        {name: column(found, "accuracy", 100) for name, found in runs.items()},
+        "accuracy of the test views [%]",
+        sideways=True,
+    )
+    known = [(i, row) for i, row in enumerate(rows) if row["thesis_accuracy_percent"] is not None]
+    accuracy.plot([row["thesis_accuracy_percent"] for _, row in known], [i for i, _ in known], label="thesis", **_STAR)
+    dots = {"linestyle": "", "markersize": 6}
+    seconds.plot(
+        [row[SECONDS] for row in rows], range(len(rows)), "o", color=charts.COLORS[0], label="one thread", **dots
+    )
+    gpu = [(i, row[f"{SECONDS}_gpu"]) for i, row in enumerate(rows) if row[f"{SECONDS}_gpu"]]
+    if gpu:
+        style = {"markerfacecolor": "white", "color": charts.COLORS[0]} | dots
+        seconds.plot([value for _, value in gpu], [i for i, _ in gpu], "s", label="GPU", **style)
+    given = [(i, THESIS[name.lower()][1]) for i, name in enumerate(runs) if name.lower() in THESIS]
+    seconds.plot([value for _, value in given], [i for i, _ in given], **_STAR)
+    below = [i for i, row in enumerate(rows) if str(row["thesis_seconds"]).startswith("<")]
+    seconds.plot(
+        [THESIS_NETWORK_S] * len(below), below, "<", color="black", label="thesis, less than that (GPU)", **dots
+    )
+    seconds.set_xscale("log")
+    seconds.set_xlabel(f"seconds for {TESTED} views [s]")
+    seconds.set_yticks(range(len(rows)), [])
+    seconds.set_ylim(accuracy.get_ylim())
+    seconds.grid(visible=False, axis="y")
+    figure.legend(loc="outside lower center", ncols=4, frameon=False)
+    return figure

@@ -1,0 +1,171 @@
+"""The errors of each frame (figure 5.8): their table, their curves, and what they say of the thesis's claim."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from orbitscan.processing.reproduction.claims import CONFIDENCE, compare
+from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction.registration.run import CIRCLE, FEW, METHODS, OBJECTS, Run
+from orbitscan.processing.settings import Settings
+
+THESIS = ("icp", "ransac_icp")  # whose errors figure 5.8 compares
+ERRORS = {  # of errors.csv -> name, unit, factor
+    "translation_error_m": ("translation error", "mm", 1000.0),
+    "rotation_error_chordal": ("rotation error", "chordal", 1.0),
+}
+_LEAST = 1e-6  # what a logarithmic axis shows of no error
+_NOTHING_TO_COMPARE = "cannot be told (no view has an estimate by both methods)."
+
+
+def tabulate_errors(runs: Sequence[Run]) -> list[dict[str, Any]]:
+    """A row for each object and method: errors of all views after the first, means over the runs.
+
+    Views without an estimate have no error; they are counted.
+    """
+    rows = []
+    for what in OBJECTS:
+        for method in METHODS:
+            found = of(runs, what, method)
+            translation = [[1000 * error for error in run.errors("translation_error_m")] for run in found]
+            chordal = [run.errors("rotation_error_chordal") for run in found]
+            center = [[1000 * error for error in run.errors("center_error_m")] for run in found]
+            row = {
+                "object": what,
+                "views": found[0].circle.views,
+                "part": name_part(found),
+                "method": method,
+                "runs": len(found),
+                "failed_views": float(np.mean([_count_failed(run) for run in found])),
+                "unplaced_views": float(np.mean([run.unplaced for run in found])),
+                "median_translation_mm": _mean_of(np.median, translation),
+                "max_translation_mm": _mean_of(max, translation),
+                "last_translation_mm": _mean_of(_last, translation),
+                "median_chordal": _mean_of(np.median, chordal),
+                "max_chordal": _mean_of(max, chordal),
+                "last_chordal": _mean_of(_last, chordal),
+                "max_center_mm": _mean_of(max, center),
+            }
+            rows.append(row)
+    return rows
+
+
+def draw_errors(runs: Sequence[Run]) -> charts.Figure:
+    """Both errors of every frame, a column for each object; of several runs their mean and range."""
+    figure, rows = charts.new_figure(2, len(OBJECTS), width=13, height=5.2)
+    for line, (key, (name, unit, factor)) in zip(rows, ERRORS.items(), strict=True):
+        for axes, what in zip(line, OBJECTS, strict=True):
+            series = {method: factor * curves(of(runs, what, method), key) for method in METHODS}
+            views = range(1, next(iter(series.values())).shape[1] + 1)
+            charts.draw_curves(axes, views, series, "", "view")
+            axes.set_yscale("log")
+            if key == next(iter(ERRORS)):
+                axes.set_title(what.replace("_", " "), fontsize=10)
+        line[0].set_ylabel(f"{name} [{unit}]")
+    charts.legend_below(figure, rows[0, 0])
+    return figure
+
+
+def curves(runs: Sequence[Run], key: str) -> np.ndarray:
+    """(runs, views - 1); NaN where a view has no estimate."""
+    return np.array([_curve(run, key) for run in runs], dtype=float)
+
+
+def claim_objects(runs: Sequence[Run]) -> list[str]:
+    """Whether RANSAC before ICP makes the largest errors smaller, as a share of ICP's: every object is one pair."""
+    said = []
+    for key, (name, _, _) in ERRORS.items():
+        text = f"RANSAC before ICP makes the largest {name} smaller, {name_part(runs)}"
+        means = [np.mean(pairs, axis=0) for what in OBJECTS if (pairs := _pair_largest(runs, what, key))]
+        if not means:
+            said.append(f"{text}: {_NOTHING_TO_COMPARE}")
+            continue
+        shares = [100 * ransac / icp for icp, ransac in means]
+        claim = compare(text, [100.0] * len(shares), shares, "% of ICP's")
+        less = f"less by {claim.difference:.3g} % of ICP's on average of {len(shares)} objects"
+        interval = (
+            "" if np.isnan(claim.low) else f", {100 * CONFIDENCE:.0f} % interval {claim.low:.3g} to {claim.high:.3g}"
+        )
+        said.append(f"{text}: {claim.verdict} ({less}{interval}).")
+    return said
+
+
+def claim_each_object(runs: Sequence[Run]) -> list[str]:
+    """Of each object: whether RANSAC before ICP makes the errors smaller, the largest ones of paired runs."""
+    said = []
+    for key, (name, unit, factor) in ERRORS.items():
+        for what in OBJECTS:
+            text = f"RANSAC before ICP makes the largest {name} of the {what.replace('_', ' ')} smaller"
+            pairs = _pair_largest(runs, what, key)
+            icp, ransac = factor * np.array(pairs).reshape(-1, 2).T
+            said.append(str(compare(text, icp, ransac, unit)) if pairs else f"{text}: {_NOTHING_TO_COMPARE}")
+    return said
+
+
+def describe_gate(*parts: Sequence[Run]) -> str:
+    """What the comparison depends on that the thesis does not give, and how near the two methods end."""
+    said = []
+    for runs in parts:
+        apart, views = 0, 0
+        for what in OBJECTS:
+            icp, ransac = (curves(of(runs, what, method), "rotation_error_chordal") for method in THESIS)
+            apart += int((np.abs(icp - ransac) > 0.1 * np.fmax(icp, ransac)).sum())
+            views += int(np.isfinite(icp - ransac).sum())
+        said.append(f"in {apart} of {views} views {name_part(runs)}")
+    return (
+        f"Both pair points within {Settings().pair.refinement.icp_gate:g} working resolutions in ICP: our gate, the "
+        "thesis gives none, and what a start is worth depends on it. Their rotation errors differ by more than a tenth "
+        f"{', '.join(said)}."
+    )
+
+
+def describe_methods(runs: Sequence[Run]) -> str:
+    """The largest rotation error of each method, and its views that are not ok."""
+    found = {method: [run for run in runs if run.method == method] for method in METHODS}
+    worst = {
+        method: max((error for run in of_method for error in run.errors("rotation_error_chordal")), default=np.nan)
+        for method, of_method in found.items()
+    }
+    failed = {method: sum(map(_count_failed, of_method)) for method, of_method in found.items()}
+    largest = ", ".join(f"{method} {worst[method]:.3g} ({failed[method]} views not ok)" for method in METHODS)
+    return f"Largest chordal error over all objects and runs, {name_part(runs)}: {largest}."
+
+
+def of(runs: Sequence[Run], what: str, method: str) -> list[Run]:
+    """The runs of an object by a method."""
+    return [run for run in runs if run.circle.what == what and run.method == method]
+
+
+def name_part(runs: Sequence[Run]) -> str:
+    """Which part of the study: how far apart its views are."""
+    return f"{360 / (CIRCLE if runs[0].circle.dense else FEW):g} degrees apart"
+
+
+def _pair_largest(runs: Sequence[Run], what: str, key: str) -> list[tuple[float, float]]:
+    """Of each of an object's recordings the largest error by ICP and by RANSAC before it, of the views both placed."""
+    pairs = []
+    for icp, ransac in zip(*(of(runs, what, method) for method in THESIS), strict=True):
+        errors = np.array([_curve(run, key) for run in (icp, ransac)])
+        both = np.isfinite(errors).all(axis=0)
+        if both.any():
+            pairs.append(tuple(errors[:, both].max(axis=1).tolist()))
+    return pairs
+
+
+def _curve(run: Run, key: str) -> list[float]:
+    return [np.nan if view[key] is None else max(view[key], _LEAST) for view in run.views[1:]]
+
+
+def _mean_of(measure: Callable[[Sequence[float]], float], errors: Sequence[Sequence[float]]) -> float | None:
+    """The mean over the runs of what is measured of each one's errors; None where none has any."""
+    known = [measure(of_run) for of_run in errors if of_run]
+    return float(np.mean(known)) if known else None
+
+
+def _last(errors: Sequence[float]) -> float:
+    return errors[-1]
+
+
+def _count_failed(run: Run) -> int:
+    return sum(view["status"] != "ok" for view in run.views)

@@ -1,0 +1,39 @@
+"""Counts against occupancy in the voxels: the thesis's reason for (3.20), which it never measured."""
+
+import numpy as np
+
+from orbitscan.processing.classification.voxels import VoxelSettings
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.training.initialisations import draw_run_boxes
+from orbitscan.processing.reproduction.training.run import column, run_trainings
+
+VALUES = ("counts", "occupancy")
+
+
+def compare_values(plan: Plan) -> Report:
+    """Accuracy, loss and overfitting of the best structure on either kind of grid."""
+    changes = [{"voxels": VoxelSettings(values=values)} for values in VALUES]
+    runs = dict(zip(VALUES, run_trainings(plan, changes, "Training on counts and occupancy"), strict=True))
+    rows = [
+        {
+            "voxels hold": values,
+            "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
+            "loss": np.mean(column(found, "loss")).item(),
+            "overfitting": np.mean(column(found, "overfitting")).item(),
+        }
+        for values, found in runs.items()
+    ]
+    counts, occupancy = (runs[values] for values in VALUES)
+    claims = [
+        compare(
+            "Counts are more accurate than occupancy",
+            column(counts, "accuracy", 100),
+            column(occupancy, "accuracy", 100),
+            "points",
+        ),
+        compare("Counts have a smaller loss than occupancy", column(occupancy, "loss"), column(counts, "loss"), "nats"),
+    ]
+    figure = draw_run_boxes(runs, width=8)
+    return Report("study-counts", "Counts against occupancy", rows, list(map(str, claims)), {"study-counts": figure})

@@ -1,0 +1,150 @@
+"""Table 5.4 and figures 5.1 and 5.2: four initialisations of the best structure, trained alike."""
+
+from typing import Any
+
+import numpy as np
+
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.training.run import column, curves, run_trainings, tabulate_curves, tabulate_runs
+
+NAMES = {"glorot": "Glorot", "dcae": "DCAE", "kmeans-pca": "PCA", "kmeans-zca": "ZCA"}
+THESIS = {  # accuracy [%] (table 5.3); loss, overfitting (table 5.4), of 20 runs
+    "glorot": (92.67, 0.2825, 0.2105),
+    "dcae": (93.33, 0.2221, 0.1272),
+    "kmeans-pca": (94.14, 0.1984, 0.0835),
+    "kmeans-zca": (92.95, 0.2713, 0.0905),
+}
+Runs = dict[str, list[dict[str, Any]]]
+
+
+def run_all(plan: Plan) -> Runs:
+    """The runs of each initialisation, in the order of the plan's seeds."""
+    changes = [{"init": init} for init in NAMES]
+    return dict(zip(NAMES, run_trainings(plan, changes, "Training from four initialisations"), strict=True))
+
+
+def tabulate(plan: Plan) -> Report:
+    """Table 5.4: mean accuracy, loss and overfitting of the test views."""
+    runs = run_all(plan)
+    rows = [
+        {
+            "initialisation": NAMES[init],
+            "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
+            "thesis_accuracy_percent": THESIS[init][0],
+            "loss": np.mean(column(found, "loss")).item(),
+            "thesis_loss": THESIS[init][1],
+            "overfitting": np.mean(column(found, "overfitting")).item(),
+            "thesis_overfitting": THESIS[init][2],
+            "seconds": np.mean(column(found, "seconds")).item(),
+        }
+        for init, found in runs.items()
+    ]
+    figure, ((axes,),) = charts.new_figure(width=6)
+    series = {
+        "loss": [row["loss"] for row in rows],
+        "loss, thesis": [row["thesis_loss"] for row in rows],
+        "overfitting": [row["overfitting"] for row in rows],
+        "overfitting, thesis": [row["thesis_overfitting"] for row in rows],
+    }
+    charts.draw_bars(axes, list(NAMES.values()), series, "mean of the runs [nats]")
+    charts.legend_below(figure, axes)
+    return Report("table-5.4", "Four initialisations", rows, _claim(runs), {"table-5.4": figure})
+
+
+def draw_boxes(plan: Plan) -> Report:
+    """Figure 5.1: accuracy, loss and overfitting of every run."""
+    runs = {NAMES[init]: found for init, found in run_all(plan).items()}
+    figure = draw_run_boxes(runs, width=9)
+    return Report(
+        "figure-5.1",
+        "Four initialisations: the runs",
+        tabulate_runs(runs, "initialisation"),
+        _describe_spread(runs),
+        {"figure-5.1": figure},
+    )
+
+
+def draw_curves(plan: Plan) -> Report:
+    """Figure 5.2: the same while they are trained."""
+    runs = {NAMES[init]: found for init, found in run_all(plan).items()}
+    rows = tabulate_curves(runs, "initialisation")
+    figure = draw_run_curves(runs)
+    return Report(
+        "figure-5.2", "Four initialisations: the training", rows, describe_starts(runs), {"figure-5.2": figure}
+    )
+
+
+def draw_run_boxes(runs: Runs, width: float) -> charts.Figure:
+    """Notched box plots of accuracy, loss and overfitting over the runs, by name."""
+    figure, (row,) = charts.new_figure(1, 3, width=width)
+    for axes, key, factor, label in (
+        (row[0], "accuracy", 100, "accuracy of the test views [%]"),
+        (row[1], "loss", 1, "loss of the test views [nats]"),
+        (row[2], "overfitting", 1, "overfitting: test - training loss [nats]"),
+    ):
+        charts.draw_boxes(axes, {name: column(found, key, factor) for name, found in runs.items()}, label)
+    return figure
+
+
+def draw_run_curves(runs: Runs) -> charts.Figure:
+    """Accuracy, loss and overfitting after so many batches: the mean of the runs and their range, by name."""
+    figure, (row,) = charts.new_figure(1, 3, width=9, height=3.4)
+    steps = next(iter(runs.values()))[0]["curve"]["step"]
+    losses, training = curves(runs, "validation_loss"), curves(runs, "train_loss")
+    for axes, series, label in (
+        (row[0], curves(runs, "validation_accuracy", 100), "accuracy of test views [%]"),
+        (row[1], losses, "loss of test views [nats]"),
+        (row[2], {name: losses[name] - training[name] for name in runs}, "overfitting [nats]"),
+    ):
+        charts.draw_curves(axes, steps, series, label, "batches trained on")
+    charts.legend_below(figure, row[0])
+    return figure
+
+
+def describe_starts(runs: Runs) -> list[str]:
+    """Which curve leads in the first half of the training, on average."""
+    half = {name: float(values[:, : values.shape[1] // 2].mean()) for name, values in _accuracy(runs).items()}
+    ranked = sorted(half, key=lambda name: -half[name])
+    said = ", ".join(f"{name} {half[name]:.1f} %" for name in ranked)
+    return [f"Mean accuracy over the first half of the training, best first: {said}."]
+
+
+def _accuracy(runs: Runs) -> dict[str, np.ndarray]:
+    return curves(runs, "validation_accuracy", 100)
+
+
+def _claim(runs: Runs) -> list[str]:
+    """The thesis's order, step by step, each initialisation against Glorot's."""
+    glorot = runs["glorot"]
+    accuracy = {init: column(found, "accuracy", 100) for init, found in runs.items()}
+    claims = [
+        compare(f"{NAMES[init]} is more accurate than Glorot", accuracy[init], accuracy["glorot"], "points")
+        for init in ("kmeans-pca", "dcae", "kmeans-zca")
+    ]
+    claims += [
+        compare(
+            f"{NAMES[init]} has less overfitting than Glorot",
+            column(glorot, "overfitting"),
+            column(runs[init], "overfitting"),
+            "nats",
+        )
+        for init in ("kmeans-pca", "kmeans-zca", "dcae")
+    ]
+    claims += [
+        compare(f"PCA is more accurate than {NAMES[other]}", accuracy["kmeans-pca"], accuracy[other], "points")
+        for other in ("dcae", "kmeans-zca")
+    ]
+    return list(map(str, claims))
+
+
+def _describe_spread(runs: Runs) -> list[str]:
+    spread = {name: np.ptp(column(found, "accuracy", 100)) for name, found in runs.items()}
+    widest = max(spread, key=spread.__getitem__)
+    return [
+        f"From run to run the accuracy differs by up to {spread[widest]:.1f} points ({widest}); "
+        f"the means of the initialisations differ by "
+        f"{np.ptp([np.mean(column(found, 'accuracy', 100)) for found in runs.values()]):.1f} points."
+    ]

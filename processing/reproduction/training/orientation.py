@@ -1,0 +1,91 @@
+"""Figures 5.3 to 5.5: the network with and without a second output for the side that is seen (3.2.4)."""
+
+from typing import Any
+
+import numpy as np
+
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.training import data
+from orbitscan.processing.reproduction.training.initialisations import describe_starts, draw_run_boxes, draw_run_curves
+from orbitscan.processing.reproduction.training.run import column, run_trainings, tabulate_curves, tabulate_runs
+from orbitscan.recorder.exceptions import InvalidOption
+
+EPOCHS = 3  # thesis 5.1
+WITHOUT, WITH = "without orientation", "with orientation"
+
+
+def run_all(plan: Plan) -> dict[str, list[dict[str, Any]]]:
+    """The runs without and with the orientation head. Raises InvalidOption where no view's place on a turn is known."""
+    if np.isnan(data.load(data.provide(plan)).turns).all():
+        problem = "does not say where a turn ends, so the side that is seen is not known"
+        raise InvalidOption(plan.dataset, problem, "leave --dataset out for figures 5.3 to 5.5")
+    changes = [{"epochs": EPOCHS, "orientation": head} for head in (False, True)]
+    found = run_trainings(plan, changes, "Training without and with the orientation")
+    return dict(zip((WITHOUT, WITH), found, strict=True))
+
+
+def draw_boxes(plan: Plan) -> Report:
+    """Figure 5.3: accuracy, loss and overfitting of every run."""
+    runs = run_all(plan)
+    figure = draw_run_boxes({name.replace(" ", "\n"): found for name, found in runs.items()}, width=8)
+    return Report(
+        "figure-5.3",
+        "The orientation head: the runs",
+        tabulate_runs(runs, "network"),
+        _claim(runs),
+        {"figure-5.3": figure},
+    )
+
+
+def draw_curves(plan: Plan) -> Report:
+    """Figure 5.4: the same while they are trained."""
+    runs = run_all(plan)
+    rows = tabulate_curves(runs, "network")
+    figure = draw_run_curves(runs)
+    return Report(
+        "figure-5.4", "The orientation head: the training", rows, describe_starts(runs), {"figure-5.4": figure}
+    )
+
+
+def draw_confusions(plan: Plan) -> Report:
+    """Figure 5.5: what the test views are taken for, all runs together."""
+    runs = run_all(plan)
+    names = data.load(data.provide(plan)).names
+    counts = {name: np.sum([run["confusion"] for run in found], axis=0) for name, found in runs.items()}
+    figure, (row,) = charts.new_figure(1, 2, width=10, height=5)
+    for axes, (name, matrix) in zip(row, counts.items(), strict=True):
+        charts.draw_matrix(axes, matrix, names)
+        axes.set_title(f"{name} [% of the views]", fontsize=10)
+    rows = [
+        {"network": name, "category": names[i]} | {f"as_{other}": int(n) for other, n in zip(names, line, strict=True)}
+        for name, matrix in counts.items()
+        for i, line in enumerate(matrix)
+    ]
+    said = [_describe_confusion(name, matrix, names) for name, matrix in counts.items()]
+    return Report("figure-5.5", "The orientation head: confusion", rows, said, {"figure-5.5": figure})
+
+
+def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[str]:
+    """(3.27): what is known of the side never makes the category less sure."""
+    with_head, without = runs[WITH], runs[WITHOUT]
+    claims = (
+        ("With the orientation the category is told more accurately", "accuracy", 100.0, "points"),
+        ("With the orientation the loss is smaller", "loss", -1.0, "nats"),
+        ("With the orientation there is less overfitting", "overfitting", -1.0, "nats"),
+    )
+    return [
+        str(compare(text, column(with_head, key, factor), column(without, key, factor), unit))
+        for text, key, factor, unit in claims
+    ]
+
+
+def _describe_confusion(name: str, counts: np.ndarray, names: tuple[str, ...]) -> str:
+    wrong = counts * ~np.eye(len(names), dtype=bool)
+    row, column_ = np.unravel_index(wrong.argmax(), wrong.shape)
+    share = 100 * wrong[row, column_] / max(counts[row].sum(), 1)
+    return (
+        f"{name.capitalize()}: most often confused is {names[row]} with {names[column_]}, {share:.0f} % of its views."
+    )

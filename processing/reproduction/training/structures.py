@@ -1,0 +1,73 @@
+"""Table 5.1: seven structures of the network, trained alike."""
+
+import numpy as np
+
+from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.training.run import BEST, column, run_trainings
+
+THESIS = {  # structure -> mean loss, mean accuracy [%], of 10 runs
+    "C(16,3,2)-C(16,3)-P(2)-C(8,3)-P(2)-FC(10)": (0.2866, 89.36),
+    "C(32,3,2)-C(16,3)-P(2)-C(16,3)-P(2)-FC(10)": (0.2926, 89.40),
+    "C(32,5,2)-C(32,3)-P(2)-C(16,3)-P(2)-FC(128)-FC(10)": (0.3083, 90.99),
+    "C(32,3,2)-C(32,3)-P(2)-C(16,3)-P(2)-FC(10)": (0.3365, 91.99),
+    BEST: (0.2759, 92.21),
+    "C(64,3,2)-C(32,3)-P(2)-C(32,3)-P(2)-FC(10)": (0.3880, 90.95),
+    "C(64,3,2)-C(32,3)-P(2)-C(32,3)-P(2)-FC(256)-FC(10)": (0.3392, 91.12),
+}
+
+
+def compare_structures(plan: Plan) -> Report:
+    """Mean loss, accuracy and overfitting of each structure on the test views."""
+    changes = [{"structure": structure} for structure in THESIS]
+    runs = dict(zip(THESIS, run_trainings(plan, changes, "Training seven structures"), strict=True))
+    rows = [
+        {
+            "structure": structure,
+            "loss": np.mean(column(found, "loss")).item(),
+            "thesis_loss": THESIS[structure][0],
+            "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
+            "thesis_accuracy_percent": THESIS[structure][1],
+            "overfitting": np.mean(column(found, "overfitting")).item(),
+            "seconds": np.mean(column(found, "seconds")).item(),
+        }
+        for structure, found in runs.items()
+    ]
+    accuracy = {structure: column(found, "accuracy", 100) for structure, found in runs.items()}
+    claims = [
+        compare(f"{BEST} is more accurate than {other}", accuracy[BEST], accuracy[other], "points")
+        for other in THESIS
+        if other != BEST
+    ]
+    best = max(rows, key=lambda row: row["accuracy_percent"])
+    said = (
+        f"Most accurate on average here: {best['structure']}, {best['accuracy_percent']:.2f} %; in the thesis: {BEST}."
+    )
+    return Report(
+        "table-5.1",
+        "Seven structures of the network",
+        rows,
+        [said, *map(str, claims)],
+        {"table-5.1": _draw(runs)},
+        {"thesis": "10 runs of 2 epochs; training views of table 3.1"},
+    )
+
+
+def _draw(runs: dict[str, list[dict]]) -> charts.Figure:
+    figure, ((accuracy, loss),) = charts.new_figure(1, 2, width=9, height=3.6)
+    names = {structure: structure.replace("-P(2)-", "-P(2)-\n", 1) for structure in runs}
+    for axes, key, factor, label in (
+        (accuracy, "accuracy", 100, "accuracy of the test views [%]"),
+        (loss, "loss", 1, "loss of the test views [nats]"),
+    ):
+        samples = {names[s]: column(found, key, factor) for s, found in runs.items()}
+        charts.draw_boxes(axes, samples, label, sideways=True)
+    thesis = [THESIS[structure] for structure in runs]
+    places = range(len(runs))
+    for axes, values in ((accuracy, [row[1] for row in thesis]), (loss, [row[0] for row in thesis])):
+        axes.plot(values, places, "k*", markersize=7, label="thesis")
+    loss.set_yticklabels([])
+    charts.legend_below(figure, accuracy)
+    return figure

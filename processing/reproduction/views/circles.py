@@ -1,0 +1,41 @@
+"""One whole circle of every instance, its views read or rendered when asked for: nothing is recorded first."""
+
+from orbitscan.processing.classification.labelled_views import FEWEST_POINTS
+from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.training import data
+from orbitscan.recorder.cloud import finite
+from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.session import Session, View
+from orbitscan.recorder.simulation import corpus
+
+
+def open_instances(plan: Plan) -> dict[str, list[Session]]:
+    """By category the circle of each instance before the lowest camera. Raises InvalidOption as the dataset's reader.
+
+    A virtual view is the same as the corpus's: it depends on its circle and its place in the turn alone.
+    """
+    if plan.dataset is None:
+        lowest = min(corpus.ELEVATIONS_DEG, key=lambda video: corpus.ELEVATIONS_DEG[video])
+        circles = [circle for circle in corpus.plan(corpus.INSTANCES) if circle.video == lowest]
+        sessions = [corpus.open_circle(circle, corpus.Camera()) for circle in circles]
+    else:
+        sessions = data.open_circles(plan)
+    found: dict[str, dict[str, Session]] = {category: {} for category in corpus.INSTANCES}
+    for session in sorted(sessions, key=lambda session: session.info.elevation_deg or 0.0):
+        found[session.info.category].setdefault(session.info.instance, session)
+    return {category: [instances[i] for i in sorted(instances, key=int)] for category, instances in found.items()}
+
+
+def take_view(session: Session, share: float) -> View:
+    """The view at so large a share (0 to 1) of the circle, or the next one that shows something.
+
+    Raises InvalidOption where there is none, and what loading raises.
+    """
+    n = session.info.views
+    for i in range(n):
+        view = session.load((int(share * n) + i) % n)
+        if len(finite(view.points)[0]) >= FEWEST_POINTS:
+            return view
+    raise InvalidOption(
+        session.info.name, f"has no view of {FEWEST_POINTS} points", "mend the dataset, or name another"
+    )
