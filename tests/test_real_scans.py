@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.batch.recording import Job, process_recording
 from orbitscan.processing.classification.classifier import Classifier
 from orbitscan.processing.results.files import read_results
 from orbitscan.recorder import mcap_file

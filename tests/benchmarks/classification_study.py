@@ -16,12 +16,12 @@ from pathlib import Path
 import numpy as np
 from scipy.special import log_softmax
 
+from orbitscan.processing.batch.inputs import find_recordings
 from orbitscan.processing.classification.calibration import joint_logits
 from orbitscan.processing.classification.checkpoint import Checkpoint
 from orbitscan.processing.classification.evaluation import EpochRecord, predict
 from orbitscan.processing.classification.labelled_views import LabelledViews, gather, split_views
 from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
-from orbitscan.processing.inputs import find_recordings
 from orbitscan.recorder import mcap_file
 
 INITS = ("glorot", "dcae", "kmeans-pca", "kmeans-zca")

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from orbitscan.processing.compilation import compile_kernels
+from orbitscan.processing.batch.compilation import compile_kernels
 from orbitscan.processing.features.shot import describe
 from orbitscan.processing.pipeline import process
 from orbitscan.processing.results.records import METHODS, SessionResult

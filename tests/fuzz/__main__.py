@@ -8,7 +8,7 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
-from orbitscan.processing.compilation import ensure_compiled
+from orbitscan.processing.batch.compilation import ensure_compiled
 from orbitscan.recorder.console import progress
 from tests.fuzz.mutations import KINDS
 from tests.fuzz.trial import Trial, run_trials

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from orbitscan.processing.compilation import ensure_compiled
+from orbitscan.processing.batch.compilation import ensure_compiled
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import UnreadableRecording
 from tests.fuzz.commands import peak_mb, run_command

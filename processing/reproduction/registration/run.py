@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.batch import Job
+from orbitscan.processing.batch.recording import Job
+from orbitscan.processing.batch.workers import process_all
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.results.files import read_results
 from orbitscan.processing.settings import Settings
-from orbitscan.processing.workers import process_all
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.atomic import write_whole
 from orbitscan.recorder.session import first_views

@@ -8,7 +8,7 @@ from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.mesh import Mesh, merge
 from orbitscan.recorder.simulation import objects
 from orbitscan.recorder.simulation.objects.solids import box, circle, cylinder, ellipsoid, loft, prism, revolve, sweep
-from tests.recorder.objects.shapes import assert_closed_and_outward, built, extents, instances
+from tests.recorder.simulation.objects.shapes import assert_closed_and_outward, built, extents, instances
 
 SIZES = {  # metres: the least and the largest of every side of the bounding box
     "apple": ((0.055, 0.055, 0.045), (0.105, 0.105, 0.12)),

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.batch.recording import Job, process_recording
 from orbitscan.processing.results.comparison.compare import compare_folders
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording

@@ -5,7 +5,7 @@ import subprocess
 import pytest
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.batch.recording import Job, process_recording
 from orbitscan.processing.results.comparison.compare import compare_folders
 from orbitscan.processing.review.comparison import recording
 from orbitscan.processing.review.comparison.recording import write_comparison

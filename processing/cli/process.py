@@ -1,55 +1,22 @@
-"""The command `orbitscan`: the recorder's commands, and from recordings to results."""
+"""The command `process`: from recordings to results."""
 
 from dataclasses import replace
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbitscan.processing import model_cli, reproduce_cli, review_cli
-from orbitscan.recorder import cli as recorder_cli
-from orbitscan.recorder.caches import find_place_for_matplotlib
 from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption
 
 if TYPE_CHECKING:
-    from orbitscan.processing.batch import Job, Outcome
+    from orbitscan.processing.batch.recording import Job, Outcome
     from orbitscan.processing.settings import Settings
 
 VIEWER = "rerun+http://127.0.0.1:9876/proxy"  # where `rerun` listens
 
-app = typer.Typer(
-    name="orbitscan",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    add_completion=False,
-)
 
-
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"orbitscan {version('orbitscan')}")
-        raise typer.Exit
-
-
-@app.callback()
-def orbitscan(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
-    ] = False,
-) -> None:
-    """Scans of objects: recorded as MCAP, registered into the whole object, reviewed in Rerun."""
-
-
-recorder_cli.mount(app)
-model_cli.mount(app)
-reproduce_cli.mount(app)
-review_cli.mount(app)
-
-
-@app.command()
 def process(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings (.mcap), folders of them, or patterns.")],
     results: Annotated[Path, typer.Option("-o", "--output", help="Gets a folder for each recording.")],
@@ -88,10 +55,10 @@ def process(
 
     orbitscan process bottle.mcap -o results --step-deg 20 --mesh
     """
-    from orbitscan.processing.batch_report import report_batch
-    from orbitscan.processing.compilation import ensure_compiled
-    from orbitscan.processing.inputs import find_recordings, find_unfinished
-    from orbitscan.processing.workers import process_all
+    from orbitscan.processing.batch.compilation import ensure_compiled
+    from orbitscan.processing.batch.inputs import find_recordings, find_unfinished
+    from orbitscan.processing.batch.report import report_batch
+    from orbitscan.processing.batch.workers import process_all
 
     found = find_recordings(recordings)
     steps = _choose_settings(settings, step_deg, mesh)
@@ -174,10 +141,10 @@ def _make_job(
     overwrite: bool,
     workers: int,
 ) -> "Job":
-    from orbitscan.processing.batch import Job
+    from orbitscan.processing.batch.recording import Job
+    from orbitscan.processing.batch.workers import threads_per_worker
     from orbitscan.processing.results.records import METHODS
     from orbitscan.processing.settings import THESIS_METHODS
-    from orbitscan.processing.workers import threads_per_worker
 
     asked = [method.strip().replace("-", "_") for method in methods.split(",") if method.strip()]
     if unknown := [method for method in asked if method not in METHODS]:
@@ -197,9 +164,3 @@ def _make_job(
 def _exit_status(outcomes: list["Outcome"], strict: bool) -> int:
     spoiled = any(outcome.error or outcome.damage or (strict and outcome.failed_views) for outcome in outcomes)
     return 1 if spoiled else 0
-
-
-def main() -> None:
-    """Run the command."""
-    find_place_for_matplotlib()
-    recorder_cli.run(app)

@@ -13,7 +13,7 @@ from pathlib import Path
 import filelock
 import numba
 
-from orbitscan.processing.batch import Job, Outcome, process_recording
+from orbitscan.processing.batch.recording import Job, Outcome, process_recording
 from orbitscan.recorder.exceptions import InvalidOption, ProcessingFailed, UnwritableOutput
 
 LIFETIME = 24  # recordings of a worker: rerun keeps some megabytes of each, which only the process's end frees

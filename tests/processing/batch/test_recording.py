@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from orbitscan.processing import batch
-from orbitscan.processing.batch import Job, process_recording
-from orbitscan.processing.inputs import find_recordings
+from orbitscan.processing.batch import recording as batch
+from orbitscan.processing.batch.inputs import find_recordings
+from orbitscan.processing.batch.recording import Job, process_recording
 from orbitscan.processing.pipeline import process
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import UnreadableRecording

@@ -2,7 +2,7 @@
 
 import pytest
 
-from orbitscan.processing.inputs import find_recordings, find_unfinished
+from orbitscan.processing.batch.inputs import find_recordings, find_unfinished
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
 
 

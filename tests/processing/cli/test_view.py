@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.batch.recording import Job, process_recording
 from orbitscan.recorder import mcap_file
 from tests.command import run
 from tests.geometry import scan

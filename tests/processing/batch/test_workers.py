@@ -10,9 +10,9 @@ import filelock
 import psutil
 import pytest
 
-from orbitscan.processing import workers
-from orbitscan.processing.batch import Job, Outcome
-from orbitscan.processing.workers import process_all
+from orbitscan.processing.batch import workers
+from orbitscan.processing.batch.recording import Job, Outcome
+from orbitscan.processing.batch.workers import process_all
 from orbitscan.recorder.exceptions import InvalidOption
 
 
@@ -60,9 +60,9 @@ def test_one_process_at_a_time_writes_into_results(tmp_path):
 PARENT = """
 from pathlib import Path
 import sys
-from orbitscan.processing import workers
-from orbitscan.processing.batch import Job
-from tests.processing.test_workers import wait_for_ever
+from orbitscan.processing.batch import workers
+from orbitscan.processing.batch.recording import Job
+from tests.processing.batch.test_workers import wait_for_ever
 if __name__ == "__main__":
     workers.process_recording = wait_for_ever
     out = Path(sys.argv[1])

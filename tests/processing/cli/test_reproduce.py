@@ -67,8 +67,8 @@ def test_a_study_that_fails_does_not_stop_the_others(orbitscan, tmp_path, monkey
     def succeed(plan):
         return Report("table-5.2", "A table", [{"a": 1}], ["Said."])
 
-    monkeypatch.setattr("orbitscan.processing.reproduce_cli.STUDIES", {"gallery": "", "table-5.2": ""})
-    monkeypatch.setattr("orbitscan.processing.reproduce_cli.find", {"gallery": fail, "table-5.2": succeed}.__getitem__)
+    monkeypatch.setattr("orbitscan.processing.cli.reproduce.STUDIES", {"gallery": "", "table-5.2": ""})
+    monkeypatch.setattr("orbitscan.processing.cli.reproduce.find", {"gallery": fail, "table-5.2": succeed}.__getitem__)
     status, out, err = orbitscan("reproduce", "all", "-o", "out")
     assert status == 1
     assert err.splitlines()[-1] == "gallery: here: goes nothing; go elsewhere"
@@ -79,7 +79,7 @@ def test_a_study_that_fails_does_not_stop_the_others(orbitscan, tmp_path, monkey
 def test_many_rows_are_cut_and_unknown_values_are_dashes(orbitscan, monkeypatch):
     rows = [{"step": i, "loss": None} for i in range(50)]
     monkeypatch.setattr(
-        "orbitscan.processing.reproduce_cli.find", lambda name: lambda plan: Report(name, "Steps", rows, [])
+        "orbitscan.processing.cli.reproduce.find", lambda name: lambda plan: Report(name, "Steps", rows, [])
     )
     _, out, _ = orbitscan("reproduce", "table-5.2", "-o", "out")
     assert "... 10 more rows in table-5.2.csv" in out

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.batch import Job, process_recording
+from orbitscan.processing.batch.recording import Job, process_recording
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import UnreadableRecording

@@ -6,7 +6,7 @@ from typing import Any
 
 import typer
 
-from orbitscan.processing.batch import Outcome
+from orbitscan.processing.batch.recording import Outcome
 from orbitscan.processing.results.batch_table import Row, read_row, worst_first, write_table
 from orbitscan.processing.results.confusion import count_confusion, write_csv
 from orbitscan.processing.results.confusion import tabulate as tabulate_confusion

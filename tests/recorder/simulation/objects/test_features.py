@@ -11,7 +11,7 @@ from orbitscan.recorder.simulation.objects.cell_phone.folding import flip_open, 
 from orbitscan.recorder.simulation.objects.notebook.opened import ajar, open_coiled, open_flat
 from orbitscan.recorder.simulation.objects.pliers.adjustable import tongue_and_groove
 from orbitscan.recorder.simulation.objects.pliers.fixed import mini, needle_nose
-from tests.recorder.objects.shapes import crossings, dents, extents, instances, largest_part, of_style
+from tests.recorder.simulation.objects.shapes import crossings, dents, extents, instances, largest_part, of_style
 
 ROUND_CELLS = {  # the largest diameter and length of IEC 60086-2 [m]
     "AAA": (0.0105, 0.0445),

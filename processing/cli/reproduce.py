@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from orbitscan.processing.model_cli import choose_device
+from orbitscan.processing.cli.train import choose_device
 from orbitscan.processing.reproduction import STUDIES, find
 from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption, ScanError
@@ -50,7 +50,7 @@ def reproduce(
         raise InvalidOption(what, "no table or figure of the thesis", f"choose all, or one of {', '.join(STUDIES)}")
     from os import cpu_count
 
-    from orbitscan.processing.compilation import ensure_compiled
+    from orbitscan.processing.batch.compilation import ensure_compiled
     from orbitscan.processing.reproduction.plan import Plan
     from orbitscan.processing.reproduction.report import write
 
@@ -85,11 +85,6 @@ def reproduce(
         page, recording = write_index(plan)
         typer.echo(f"Look at it all: {page}, and orbitscan view {recording}")
     raise typer.Exit(1 if failed else 0)
-
-
-def mount(app: typer.Typer) -> None:
-    """Add the command to an application."""
-    app.command()(reproduce)
 
 
 def _print_report(report: Report) -> None:

@@ -1,0 +1,200 @@
+"""The command `convert`: captures to recordings."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from orbitscan.recorder.cli.output import Output, complain, place, tell_next, write
+from orbitscan.recorder.console import progress
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnreadableCloud
+
+if TYPE_CHECKING:
+    from orbitscan.recorder.check import Finding
+    from orbitscan.recorder.session import Session, SessionInfo, View
+
+
+class Format(StrEnum):
+    """The formats of a capture."""
+
+    CLOUDS = "clouds"
+    STANFORD = "stanford"
+    WASHINGTON = "washington"
+
+
+class Direction(StrEnum):
+    """What a pose maps to what."""
+
+    CAMERA_TO_OBJECT = "camera-to-object"
+    OBJECT_TO_CAMERA = "object-to-camera"
+
+
+class Unit(StrEnum):
+    """Units of length."""
+
+    METRE = "m"
+    CENTIMETRE = "cm"
+    MILLIMETRE = "mm"
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(help="A folder of clouds, a cloud, a .conf.", show_default=False)],
+    output: Output,
+    format: Annotated[Format | None, typer.Option(help="Else recognised from the content.")] = None,
+    poses: Annotated[
+        Path | None, typer.Option(help="True poses: TUM, KITTI, 4x4 or JSON. Else the file that lies with the clouds.")
+    ] = None,
+    poses_are: Annotated[Direction | None, typer.Option(help="Default: camera-to-object.")] = None,
+    units: Annotated[Unit | None, typer.Option(help="Of the points and the poses. Default: m.")] = None,
+    pose_units: Annotated[Unit | None, typer.Option(help="Of the poses, where they differ.")] = None,
+    scale: Annotated[float | None, typer.Option(help="Times the units, in points and poses.")] = None,
+    axes: Annotated[
+        str | None, typer.Option(help="Where x, y, z of a cloud point: RDF (default), RUB, RFU, FLU, ...")
+    ] = None,
+    pose_axes: Annotated[str | None, typer.Option(help="The camera axes of the poses, where they differ.")] = None,
+    sensor_origin: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z|unknown", help="The sensor in a cloud's own units and axes. Default: 0,0,0."),
+    ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z", help="Which named columns of a text file are x, y, z. Else recognised."),
+    ] = None,
+    category: Annotated[str | None, typer.Option(help="What the object is, such as coffee_mug.")] = None,
+    instance: Annotated[str | None, typer.Option(help="Which one of its category.")] = None,
+    elevation: Annotated[
+        float | None, typer.Option(help="Degrees that the camera looks down; 0 where the frame is level.")
+    ] = None,
+    name: Annotated[str | None, typer.Option(help="The session's name. Default: that of the output or source.")] = None,
+    categories_from_folders: Annotated[
+        bool,
+        typer.Option(
+            "--categories-from-folders",
+            help="SOURCE is a folder of folders named by category; each cloud below becomes a recording.",
+        ),
+    ] = False,
+) -> None:
+    """Convert captured scans into recordings, one per session.
+
+    Reads folders of PLY, PCD, XYZ, CSV and NPY clouds, Stanford .conf files and trees of the Washington RGB-D dataset.
+    What would spoil the processing is told, wrong poses first of all; then the exit status is 1.
+
+    \b
+    Examples:
+      orbitscan convert scans/ -o mug.mcap
+      orbitscan convert scans/ -o mug.mcap --poses poses.tum --units mm
+      orbitscan convert bunny/bun.conf -o bunny.mcap
+      orbitscan convert rgbd-dataset/ -o recordings/
+      orbitscan convert lidar/ -o recordings/ --categories-from-folders --axes LUF --scale 0.2
+    """
+    from orbitscan.recorder import mcap_file
+    from orbitscan.recorder.check import check as find
+    from orbitscan.recorder.sources import open_capture
+    from orbitscan.recorder.sources.options import CaptureOptions
+
+    options = CaptureOptions(
+        format=format,
+        poses=poses,
+        poses_are=poses_are,
+        units=units,
+        pose_units=pose_units,
+        scale=scale,
+        axes=axes,
+        pose_axes=pose_axes,
+        sensor_origin=_parse_origin(sensor_origin),
+        columns=parse_columns(columns),
+        category=category,
+        instance=instance,
+        elevation=elevation,
+        name=name,
+        categories_from_folders=categories_from_folders or None,
+    )
+    sessions = open_capture(source, options)
+    if output.suffix == ".mcap" and len(sessions) > 1:
+        raise InvalidOption(
+            f"-o {output}", f"{source} holds {len(sessions)} sessions", "give a folder, such as -o recordings"
+        )
+    if categories_from_folders:
+        failed = _record_collection(sessions, output)
+        print(f"next: orbitscan train {output} -o model.pt")
+        raise typer.Exit(1 if failed else 0)
+    failed = False
+    for session in sessions:
+        path, session = place(session, output, name)
+        try:
+            write(session, path)
+        except (UnreadableCloud, InvalidPose) as error:
+            if len(sessions) == 1:
+                raise
+            failed = True
+            complain(error)
+            continue
+        for finding in find(mcap_file.read(path)):
+            failed |= finding.severity == "problem"
+            if finding.severity == "problem" or session.truth():
+                print(f"  {finding}")
+    tell_next(output)
+    raise typer.Exit(1 if failed else 0)
+
+
+def _record_collection(sessions: Sequence["Session"], output: Path) -> bool:
+    """Whether something failed; prints what did, how many each category has, and which option mends them all."""
+    from orbitscan.recorder import mcap_file
+
+    recorded = []
+    for session in progress(sessions, len(sessions), "Converting"):
+        path, session = place(session, output, None)
+        try:
+            mcap_file.write(session, path)
+        except UnreadableCloud as error:
+            complain(error)
+            continue
+        recorded.append((path, session.info))
+    counts = sorted(Counter(info.category for _, info in recorded).items())
+    each = ", ".join(f"{category} {count}" for category, count in counts)
+    print(f"{output}: {len(recorded)} recordings" + (f" ({each})" if each else ""))
+    findings = _check_as_one(recorded)
+    for finding in findings:
+        print(f"  {finding}")
+    return len(recorded) < len(sessions) or bool(findings)
+
+
+def _check_as_one(recorded: Sequence[tuple[Path, "SessionInfo"]]) -> list["Finding"]:
+    """What an option of `convert` would mend in recordings of a view each: axes and sizes are those of most."""
+    from orbitscan.recorder import mcap_file
+    from orbitscan.recorder.check import check as find
+    from orbitscan.recorder.session import Session
+
+    if not recorded:
+        return []
+
+    def load(index: int) -> "View":
+        return replace(mcap_file.read(recorded[index][0]).load(0), index=index)
+
+    names = tuple(info.name for _, info in recorded)
+    findings = find(Session(replace(recorded[0][1], views=len(names)), names, load))
+    return [finding for finding in findings if finding.severity == "problem" and "--" in finding.remedy]
+
+
+def parse_columns(text: str | None) -> tuple[str, str, str] | None:
+    """The three names of `--columns`. Raises InvalidOption."""
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    if len(set(names)) != 3 or len(names) != 3 or "" in names:
+        raise InvalidOption(f"--columns {text}", "no three names", "write those of x, y and z, such as px,py,pz")
+    return names[0], names[1], names[2]
+
+
+def _parse_origin(text: str | None) -> tuple[float, float, float] | Literal["unknown"] | None:
+    if text is None or text == "unknown":
+        return text
+    try:
+        x, y, z = (float(word) for word in text.split(","))
+    except ValueError:
+        raise InvalidOption(f"--sensor-origin {text}", "neither X,Y,Z nor 'unknown'", "write 0,0,0") from None
+    return x, y, z
