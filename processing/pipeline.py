@@ -11,6 +11,7 @@ import numpy as np
 
 from orbitscan.processing.features.keypoints import detect_keypoints
 from orbitscan.processing.features.shot import describe
+from orbitscan.processing.reconstruction.coverage import measure_coverage
 from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.model import build_model
 from orbitscan.processing.reconstruction.trajectory import Placed, Trajectory
@@ -26,7 +27,8 @@ from orbitscan.processing.registration.pair import (
 )
 from orbitscan.processing.registration.prepared_view import Prepared, Shelf
 from orbitscan.processing.registration.ransac import estimate_pose
-from orbitscan.processing.results.records import METHODS, PairEstimate, SessionResult, ViewRecord, ViewResult
+from orbitscan.processing.results.records import PairEstimate, SessionResult, ViewRecord, ViewResult
+from orbitscan.processing.results.status import METHODS, Status, best_method
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import Scale, choose_scale, prepare
 from orbitscan.processing.timing import SESSION, Stopwatch, total
@@ -69,7 +71,7 @@ def process(
         poses, pairs, found = {}, {}, {}
         for method, trajectory in trajectories.items():
             if not current.surface.enough:
-                poses[method] = trajectory.skip(view.index, "unreadable" if view.damage else "too_few_points")
+                poses[method] = trajectory.skip(view.index, Status.UNREADABLE if view.damage else Status.TOO_FEW_POINTS)
             elif trajectory.last is None:
                 origin = view.index
                 poses[method] = trajectory.start(current)
@@ -99,10 +101,11 @@ def process(
             reconstruction["refined"] = refine_jointly(
                 reconstruction["pairwise"], origin, shelf, steps.register_unguided, settings.pair, settings.graph
             )
-    best = next((method for method in reversed(METHODS) if method in methods), None)
-    placed = {v.view: v.T_0_i for v in reconstruction[best].views if v.status == "ok"} if best else {}
+    best = best_method(methods)
+    placed = reconstruction[best].placed if best else {}
     with watch("outlier_removal", SESSION):
         model = build_model(views, placed, best, scale, info.sensor_origin, settings.model)
+    turntable = fit_turntable(placed, settings.turntable)
     laps = [*(record.seconds for record in records), watch.lap()]
     yield SessionResult.of(
         records,
@@ -111,7 +114,8 @@ def process(
         classification=classifier.fuse([r.classification for r in records if r.classification]) if classifier else None,
         reconstruction={method: reconstruction[method] for method in METHODS if method in methods},
         model=model,
-        turntable=fit_turntable(placed, settings.turntable),
+        turntable=turntable,
+        coverage=measure_coverage(placed, info.sensor_origin, model, turntable, settings.coverage),
         seconds=total(laps, methods, watch.elapsed),
         settings=asdict(settings),
         seed=seed,
@@ -158,7 +162,7 @@ class _Steps:
             pair = self.register(method, source, target.prepared, found, trajectory.step)
             pair = doubt(pair, trajectory.usual_misfit, self.settings.pair) if method == "pairwise" else pair
             attempts.append((pair, target))
-            if pair.status == "ok":
+            if pair.status == Status.OK:
                 break
         order = {"ok": 2, "ambiguous": 1}
         return max(reversed(attempts), key=lambda attempt: (order.get(attempt[0].status, 0), attempt[0].confidence))

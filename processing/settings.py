@@ -9,6 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from orbitscan.processing.features.keypoints import KeypointSettings
 from orbitscan.processing.features.shot import ShotSettings
+from orbitscan.processing.reconstruction.coverage import CoverageSettings
 from orbitscan.processing.reconstruction.model import ModelSettings
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings
 from orbitscan.processing.reconstruction.turntable import TurntableSettings
@@ -34,6 +35,7 @@ class Settings:
     pair: PairSettings = field(default_factory=PairSettings)
     graph: GraphSettings = field(default_factory=GraphSettings)
     turntable: TurntableSettings = field(default_factory=TurntableSettings)
+    coverage: CoverageSettings = field(default_factory=CoverageSettings)
     model: ModelSettings = field(default_factory=ModelSettings)
 
 

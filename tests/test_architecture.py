@@ -9,6 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ORDER = [  # of processing; a module imports only what stands above it
+    "results.status",
     "results.records",
     "kernels",
     "surface",
@@ -19,7 +20,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "settings",
     "timing",
     "errors",
-    "results.files",
+    "results.folder",
     "results.batch_table",
     "results.edges",
     "results.registered",

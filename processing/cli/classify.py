@@ -45,7 +45,7 @@ def classify(
     from dataclasses import asdict
 
     from orbitscan.processing.classification.classifier import Classifier
-    from orbitscan.processing.results.files import describe_damage
+    from orbitscan.processing.results.folder import describe_damage
 
     session = _open(what, axes, units, scale, columns)
     classifier = Classifier(model)

@@ -82,7 +82,7 @@ def process(
             typer.echo(f"{outcome.recording}: {outcome.damage}", err=True)
         outcomes.append(outcome)
     report_batch(outcomes, results, figures)
-    done = [outcome for outcome in outcomes if outcome.summaries]
+    done = [outcome for outcome in outcomes if outcome.status == "done"]
     if done:
         typer.echo(f"Look at it: orbitscan view {done[0].folder if len(outcomes) == 1 else results}")
     raise typer.Exit(_exit_status(outcomes, strict))
@@ -143,7 +143,7 @@ def _make_job(
 ) -> "Job":
     from orbitscan.processing.batch.recording import Job
     from orbitscan.processing.batch.workers import threads_per_worker
-    from orbitscan.processing.results.records import METHODS
+    from orbitscan.processing.results.status import METHODS
     from orbitscan.processing.settings import THESIS_METHODS
 
     asked = [method.strip().replace("-", "_") for method in methods.split(",") if method.strip()]

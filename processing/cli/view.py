@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, ScanError
 
 SHOWN_SESSIONS = 8  # of a batch that `view` opens, a few hundred megabytes at most
 _SIGNALLED = 128  # added to the number of a signal that ended the viewer, as a shell does
@@ -43,7 +43,7 @@ def view(
         raise InvalidOption(f"--at {at}", "is for pictures", "add --screenshot OUT.png, or leave it out")
     if left_out:
         sessions = "session is" if left_out == 1 else "sessions are"
-        typer.echo(f"{left_out} less bad {sessions} left out: --most {most + left_out} opens all, or name one.")
+        typer.echo(f"{left_out} better {sessions} left out: --most {most + left_out} opens all, or name one.")
     import subprocess
 
     from orbitscan.processing.review.screenshot import find_viewer
@@ -81,10 +81,8 @@ def _order(folders: Iterable[Path]) -> list[Path]:
 
     def read(folder: Path) -> Row:
         try:
-            row = read_row(folder)
-            worst_first([row])  # it has what the order asks for
-            return row
-        except (OSError, ValueError, KeyError, TypeError):
+            return read_row(folder)
+        except ScanError:
             return Row(folder.name, "failed")
 
     by_name = {folder.name: folder for folder in folders}

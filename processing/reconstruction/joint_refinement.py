@@ -16,7 +16,8 @@ from orbitscan.processing.reconstruction.pose_graph import (
 from orbitscan.processing.registration.competition import PairSettings, doubt, register_from
 from orbitscan.processing.registration.prepared_view import Prepared, Shelf
 from orbitscan.processing.registration.unobservable import same_freedom
-from orbitscan.processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
+from orbitscan.processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 
 _ROUND = np.radians(330)  # turned on the way there and straight back: a whole turn, less what a tilted camera saves
@@ -39,28 +40,27 @@ def refine_jointly(
     where only edges with a free motion do, `not_connected` where none do.
     """
     if origin is None:
-        return MethodResult(pairwise.views, (), summary=summarize(pairwise.views, origin))
+        return MethodResult.of(pairwise.views, (), origin)
     diameter = shelf.get_surface(origin).scale.diameter
-    candidates = [v.view for v in pairwise.views if v.status not in ("unreadable", "too_few_points")]
+    candidates = [v.view for v in pairwise.views if v.status not in (Status.UNREADABLE, Status.TOO_FEW_POINTS)]
     edges = [pair for pair in pairwise.pairs if _is_edge(pair)]
     solution = solve(edges, origin, diameter, settings)
     edges += _attach(candidates, edges, solution, shelf, register, pair_settings, settings)
     solution = solve(edges, origin, diameter, settings)
     edges += _close(solution, edges, shelf, pair_settings, settings)
     solution = solve(edges, origin, diameter, settings)
-    views = tuple(_estimate(view, solution) for view in pairwise.views)
-    return MethodResult(
-        views,
-        tuple(_marked(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)),
+    return MethodResult.of(
+        [_estimate(view, solution) for view in pairwise.views],
+        [_marked(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)],
+        origin,
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
         freedoms=_unobservable(solution, edges, diameter, settings),
-        summary=summarize(views, origin),
     )
 
 
 def _is_edge(pair: PairEstimate) -> bool:
     """Whether a pair holds two views together: it is right, or right but for free motions."""
-    sound = pair.status == "ok" or (pair.status == "ambiguous" and pair.freedoms and not pair.alternatives)
+    sound = pair.status == Status.OK or (pair.status == Status.AMBIGUOUS and pair.freedoms and not pair.alternatives)
     return bool(sound) and pair.information is not None
 
 
@@ -94,7 +94,7 @@ def _attach(
                 tried.add((view, other))
                 edge = doubt(register(shelf.get(view), shelf.get(other)), usual, pair_settings)
                 near = abs(other - view) <= settings.vouching
-                if edge.status == "ok" and _is_edge(edge) and (near or edge.evidence.observability >= slides):
+                if edge.status == Status.OK and _is_edge(edge) and (near or edge.evidence.observability >= slides):
                     found.append(edge)
                     placed.append(view)
                     lost.remove(view)
@@ -135,14 +135,14 @@ def _estimate(view: ViewEstimate, solution: Solution) -> ViewEstimate:
     """A view where the solution places it."""
     T_0_i = solution.T_0.get(view.view)
     if T_0_i is None:
-        status = view.status if view.status in ("unreadable", "too_few_points") else "not_connected"
+        status = view.status if view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
         return ViewEstimate(view.view, status, None)
-    return ViewEstimate(view.view, "ok" if view.view in solution.rigid else "ambiguous", T_0_i)
+    return ViewEstimate(view.view, Status.OK if view.view in solution.rigid else Status.AMBIGUOUS, T_0_i)
 
 
 def _marked(edge: PairEstimate, keep: bool) -> PairEstimate:
     """An edge as it is, or as one that the others contradict."""
-    return edge if keep else replace(edge, status="inconsistent")
+    return edge if keep else replace(edge, status=Status.INCONSISTENT)
 
 
 def _goes_round(solution: Solution, edges: Sequence[PairEstimate], views: Sequence[int]) -> bool:

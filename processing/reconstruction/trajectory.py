@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from orbitscan.processing.registration.prepared_view import Prepared
-from orbitscan.processing.results.records import MethodResult, PairEstimate, ViewEstimate, summarize
+from orbitscan.processing.results.records import MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.status import Status
 
 _NEAR = 1  # views back at which the last connected one is still worth trying: one bad view costs one view
 
@@ -41,12 +42,12 @@ class Trajectory:
     @property
     def usual_misfit(self) -> float | None:
         """The median misfit of the pairs that are right; None before there is one."""
-        known = [pair.evidence.misfit for pair in self.pairs if pair.status == "ok"]
+        known = [pair.evidence.misfit for pair in self.pairs if pair.status == Status.OK]
         return float(np.median(known)) if known else None
 
     def start(self, prepared: Prepared) -> ViewEstimate:
         """Make a view the origin: T_0_0 = I."""
-        return self._add(prepared, "ok", np.eye(4))
+        return self._add(prepared, Status.OK, np.eye(4))
 
     def extend(self, prepared: Prepared, pair: PairEstimate, target: Placed) -> ViewEstimate:
         """Place a view by its pair: T_0_i = T_0_target T_target_i; without an estimate it has no pose.
@@ -54,10 +55,10 @@ class Trajectory:
         The view's status is the pair's; `not_connected` where the pair is ok but hangs on one that is not.
         """
         self.pairs.append(pair)
-        self.step = pair.T_target_source if pair.status == "ok" else None
+        self.step = pair.T_target_source if pair.status == Status.OK else None
         if pair.T_target_source is None:
             return self.skip(pair.source, pair.status)
-        status = pair.status if pair.status != "ok" or target.connected else "not_connected"
+        status = pair.status if pair.status != Status.OK or target.connected else Status.NOT_CONNECTED
         return self._add(prepared, status, target.T_0_i @ pair.T_target_source)
 
     def skip(self, view: int, status: str) -> ViewEstimate:
@@ -67,11 +68,10 @@ class Trajectory:
 
     def result(self, origin: int | None) -> MethodResult:
         """All of it, as a record."""
-        views = tuple(self.views)
-        return MethodResult(views, tuple(self.pairs), summary=summarize(views, origin))
+        return MethodResult.of(self.views, self.pairs, origin)
 
     def _add(self, prepared: Prepared, status: str, T_0_i: np.ndarray) -> ViewEstimate:
-        self.last = Placed(prepared, T_0_i, status == "ok", len(self.views))
+        self.last = Placed(prepared, T_0_i, status == Status.OK, len(self.views))
         if self.last.connected:
             self.anchor = self.last
         self.views.append(ViewEstimate(prepared.surface.view, status, T_0_i))

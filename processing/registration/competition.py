@@ -21,6 +21,7 @@ from orbitscan.processing.registration.symmetry import (
 from orbitscan.processing.registration.unobservable import hold, take_out, turn_by_step
 from orbitscan.processing.registration.verification import Judgement, JudgementSettings
 from orbitscan.processing.results.records import Candidate, Evidence, Freedom, PairEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.surface.preparation import Surfels
 
 _SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place
@@ -88,10 +89,10 @@ def register_from(
     if freedoms and settings.step_deg is not None:
         best, freedoms = _use_step(best, freedoms, source, target, settings)
     status = verification.status_of(best.judged, belief, nearly_slides)
-    if status == "ok" and not motions:
-        status = "low_overlap"
-    if status == "ok" and (freedoms or equal):
-        status = "ambiguous"
+    if status == Status.OK and not motions:
+        status = Status.LOW_OVERLAP
+    if status == Status.OK and (freedoms or equal):
+        status = Status.AMBIGUOUS
     return PairEstimate(
         source.view,
         target.view,
@@ -144,7 +145,7 @@ def _use_step(
     T = turn_by_step(best.T, turn, settings.step_deg * (source.view - target.view))
     judged = verification.judge(T, source, target, settings.judgement)
     close = judged.misfit <= _STEP_MISFIT * best.judged.misfit
-    if not close or verification.status_of(judged, settings.judgement, nearly_slides=True) != "ok":
+    if not close or verification.status_of(judged, settings.judgement, nearly_slides=True) != Status.OK:
         return best, freedoms
     known = hold(best.refined.information, best.refined.center, turn, np.radians(_STEP_DEVIATION_DEG))
     refined = replace(best.refined, T_target_source=T, information=known)
@@ -234,10 +235,10 @@ def doubt(pair: PairEstimate, usual_misfit: float | None, settings: PairSettings
     A mug upside down agrees with itself up to its handle and rim: no surface contradicts it, it just fits worse.
     """
     slides = pair.evidence.observability is not None and pair.evidence.observability < settings.symmetry.suspicious
-    if pair.status != "ok" or usual_misfit is None or not slides:
+    if pair.status != Status.OK or usual_misfit is None or not slides:
         return pair
     worse = pair.evidence.misfit > settings.judgement.sliding_misfit * usual_misfit
-    return replace(pair, status="diverged") if worse else pair
+    return replace(pair, status=Status.DIVERGED) if worse else pair
 
 
 def evidence_of(

@@ -14,8 +14,9 @@ from orbitscan.processing.registration.prepared_view import Prepared
 from orbitscan.processing.registration.ransac import Consensus
 from orbitscan.processing.registration.symmetry import weak_motions
 from orbitscan.processing.results.records import Correspondences, Evidence, PairEstimate
+from orbitscan.processing.results.status import Status
 
-BELIEVED = ("ok", "ambiguous")  # a pose that geometry bears out, though not always it alone
+BELIEVED = (Status.OK, Status.AMBIGUOUS)  # a pose that geometry bears out, though not always it alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +102,10 @@ def _point_to_point(
     judged = verification.judge(refined.T_target_source, source, target, settings.judgement)
     motions = weak_motions(refined.T_target_source, source.many, target, settings.judgement.gate * w)
     status = verification.status_of(judged, settings.judgement)
-    if status == "ok" and not motions:
-        status = "low_overlap"
-    if status == "ok" and motions[0].information < settings.symmetry.free:
-        status = "ambiguous"
+    if status == Status.OK and not motions:
+        status = Status.LOW_OVERLAP
+    if status == Status.OK and motions[0].information < settings.symmetry.free:
+        status = Status.AMBIGUOUS
     return PairEstimate(
         source.view,
         target.view,
@@ -129,8 +130,8 @@ def _feature_evidence(source: Prepared, found: Matches) -> dict[str, float | int
 
 def _why_no_consensus(source: Prepared, target: Prepared, found: Matches) -> str:
     if min(len(source.keypoints), len(target.keypoints)) < 3:
-        return "too_few_keypoints"
-    return "too_few_matches" if len(found.indices) < 3 else "no_consensus"
+        return Status.TOO_FEW_KEYPOINTS
+    return Status.TOO_FEW_MATCHES if len(found.indices) < 3 else Status.NO_CONSENSUS
 
 
 def last_correspondences(source: Prepared, found: Mapping[Prepared, Matches]) -> Correspondences | None:

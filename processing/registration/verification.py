@@ -7,6 +7,7 @@ import numpy as np
 from orbitscan.processing.registration.correspondences import find_partners
 from orbitscan.processing.registration.free_space import look_up
 from orbitscan.processing.registration.prepared_view import Prepared
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
@@ -148,13 +149,13 @@ def status_of(judgement: Judgement, settings: JudgementSettings, nearly_slides: 
     Where the views nearly slide along each other, surfels that should have been seen and were not count too.
     """
     if judgement.overlap < settings.min_overlap:
-        return "low_overlap"
+        return Status.LOW_OVERLAP
     if judgement.violations > settings.max_violations:
-        return "inconsistent"
+        return Status.INCONSISTENT
     if nearly_slides and judgement.violations + judgement.unseen > settings.strict_violations:
-        return "inconsistent"
+        return Status.INCONSISTENT
     fits = judgement.misfit <= settings.max_misfit and judgement.score >= settings.min_score
-    return "ok" if fits else "diverged"
+    return Status.OK if fits else Status.DIVERGED
 
 
 def as_good(judgement: Judgement, best: Judgement, settings: JudgementSettings) -> bool:

@@ -18,6 +18,7 @@ from orbitscan.processing.results.records import (
     ViewEstimate,
     ViewResult,
 )
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from tests.geometry import bottle, random_pose, scan, sphere
 from tests.processing.scene import Scene, edge
@@ -107,7 +108,7 @@ def test_the_center_is_the_mean_of_all_points_placed_by_the_truth(stream):
     center = np.concatenate(placed).mean(axis=0)
     T_0_1 = poses.invert(truth[0]) @ truth[1]
     for axis in np.eye(3):
-        views = (ViewEstimate(0, "ok", np.eye(4)), ViewEstimate(1, "ok", turn(axis, center, np.pi) @ T_0_1))
+        views = (ViewEstimate(0, Status.OK, np.eye(4)), ViewEstimate(1, Status.OK, turn(axis, center, np.pi) @ T_0_1))
         (found,) = errors.with_errors([replace(last, reconstruction={"icp": MethodResult(views, ())})], truth)
         turned = found.reconstruction["icp"].views[1].errors
         assert turned.rotation_error_deg == pytest.approx(180)
@@ -146,7 +147,7 @@ def judge(stream):
     """A function that tells the errors of a pair against a truth, the object's centre in frame {0} given."""
 
     def errors_of(pair, truth, center):
-        found = {"pairwise": MethodResult((ViewEstimate(0, "ok", np.eye(4)),), (pair,))}
+        found = {"pairwise": MethodResult((ViewEstimate(0, Status.OK, np.eye(4)),), (pair,))}
         session = replace(stream[1][-1], origin=0, centroids={0: Centroid(1, center)}, reconstruction=found)
         (judged,) = errors.with_errors([session], truth)
         return judged.reconstruction["pairwise"].pairs[0].errors

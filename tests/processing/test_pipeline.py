@@ -9,7 +9,8 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.results.records import METHODS, SessionResult, ViewResult
+from orbitscan.processing.results.records import SessionResult, ViewResult
+from orbitscan.processing.results.status import METHODS
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.session import SessionInfo, View, in_memory

@@ -9,6 +9,7 @@ from orbitscan.processing.pipeline import process
 from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings
 from orbitscan.processing.results.records import MethodResult, ViewEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import in_memory
 from tests.geometry import bottle, random_pose, scan
@@ -133,7 +134,7 @@ def ready(arc):
 
 
 def pairwise_of(ready, pairs, placed="ok"):
-    views = [ViewEstimate(0, "ok", np.eye(4))]
+    views = [ViewEstimate(0, Status.OK, np.eye(4))]
     views += [ViewEstimate(i, placed, ready.T(0, i)) for i in range(1, len(ready.views))]
     return MethodResult(tuple(views), tuple(pairs))
 
@@ -149,7 +150,7 @@ def exact(ready, source, target):
 
 
 def never(source, target):
-    return replace(edge(source.view, target.view, np.eye(4)), status="diverged")
+    return replace(edge(source.view, target.view, np.eye(4)), status=Status.DIVERGED)
 
 
 def test_pairs_without_an_end_in_the_graph_keep_their_status(ready):
@@ -181,7 +182,7 @@ def test_a_pair_that_is_not_believed_is_no_edge(ready):
 
 
 def test_without_an_origin_there_is_nothing_to_refine():
-    views = (ViewEstimate(0, "too_few_points", None), ViewEstimate(1, "unreadable", None))
+    views = (ViewEstimate(0, Status.TOO_FEW_POINTS, None), ViewEstimate(1, Status.UNREADABLE, None))
     found = refine_jointly(MethodResult(views, ()), None, None, None, SETTINGS.pair, GraphSettings())
     assert statuses(found) == ["too_few_points", "unreadable"]
     assert found.summary["failed_views"] == 2

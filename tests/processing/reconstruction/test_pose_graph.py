@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings, choose_edges, place, solve, viewing_direction
 from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
 from tests.processing.scene import degrees, edge
@@ -144,7 +145,7 @@ def free_turn(T_0, source, target, angle=0.4):
     point = e.center + np.array([0.01, 0, 0])
     R = Rotation.from_rotvec(angle * axis).as_matrix()
     T = poses.make(R, point - R @ point) @ e.T_target_source
-    return replace(e, T_target_source=T, status="ambiguous", freedoms=(Freedom("turn", axis, point),))
+    return replace(e, T_target_source=T, status=Status.AMBIGUOUS, freedoms=(Freedom("turn", axis, point),))
 
 
 def test_views_behind_free_edges_are_placed_but_not_rigid():

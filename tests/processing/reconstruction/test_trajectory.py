@@ -6,6 +6,7 @@ import numpy as np
 
 from orbitscan.processing.reconstruction.trajectory import Trajectory
 from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.results.status import Status
 from tests.geometry import random_pose
 
 
@@ -13,7 +14,7 @@ def view(index):
     return SimpleNamespace(surface=SimpleNamespace(view=index))
 
 
-def pair(source, target, T, status="ok"):
+def pair(source, target, T, status=Status.OK):
     return PairEstimate(source, target, T, status, 1.0, Evidence())
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.results.records import (
-    METHODS,
     Evidence,
     MethodResult,
     SessionResult,
@@ -14,6 +13,7 @@ from orbitscan.processing.results.records import (
     ViewResult,
     summarize,
 )
+from orbitscan.processing.results.status import METHODS, Status
 from tests import viewer
 from tests.processing.review.made_results import (
     EMPTY,
@@ -76,7 +76,7 @@ def nothing_readable() -> Results:
             keypoints=none,
             correspondences=None,
             pairs={},
-            poses={m: ViewEstimate(view.view, "unreadable", None) for m in view.poses},
+            poses={m: ViewEstimate(view.view, Status.UNREADABLE, None) for m in view.poses},
             origin=None,
             damage=DAMAGE,
         )

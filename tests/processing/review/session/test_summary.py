@@ -40,7 +40,7 @@ def test_the_azimuths_that_no_view_covers_are_in_words(reviewed):
 def test_gaps_are_named_widest_first_and_a_circle_is_covered():
     def write(*azimuths):
         found = dict(enumerate(azimuths))
-        coverage = Coverage(np.array([0, 0, 1.0]), np.zeros(3), np.array([1.0, 0, 0]), found, find_gaps(found))
+        coverage = Coverage(np.array([0, 0, 1.0]), np.zeros(3), np.array([1.0, 0, 0]), found, find_gaps(found, 45.0))
         return summary.describe_coverage(coverage, on_turntable=False)
 
     some = write(0, 40, 80, 120, 160, 200, 250, 310)
