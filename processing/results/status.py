@@ -22,6 +22,8 @@ class Method(StrEnum):
         member._value_, member.color = value, color
         return member
 
+    __repr__ = str.__repr__  # printed as results.json has it
+
     ICP = "icp", (208, 128, 0)
     RANSAC_ICP = "ransac_icp", (70, 140, 225)
     PAIRWISE = "pairwise", (0, 160, 112)
@@ -49,6 +51,8 @@ class Status(StrEnum):
         member = str.__new__(cls, value)
         member._value_, member.meaning, member.color, member.rank = value, meaning, color, rank
         return member
+
+    __repr__ = str.__repr__  # printed as results.json has it
 
     OK = "ok", "the pose is right", _GOOD, 2
     AMBIGUOUS = (

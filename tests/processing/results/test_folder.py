@@ -58,7 +58,7 @@ def test_what_is_read_is_what_was_written(written):
     assert json.loads(json.dumps(to_json(found.results))) == json.loads((folder / "results.json").read_text())
     np.testing.assert_allclose(found.model[0], session.model.points)
     assert found.seconds == {"total": 1.5}
-    assert (found.results.origin, found.results.best.loop_closed) == (0, True)
+    assert found.results.best.loop_closed
 
 
 def test_errors_stand_beside_what_they_are_of(written):
