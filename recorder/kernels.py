@@ -26,7 +26,7 @@ def _choose_cache() -> bool:
     try:
         njit(cache=True)(_choose_cache)
     except RuntimeError:  # numba's "no locator available"
-        logger = logging.getLogger("orbitscan")
+        logger = logging.getLogger(__name__)
         try:
             folder = temporary_cache("kernels")
         except OSError:

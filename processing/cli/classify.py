@@ -9,7 +9,7 @@ import typer
 
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.recorder.cli.convert import parse_columns
-from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud, setting
 
 if TYPE_CHECKING:
     from orbitscan.processing.results.records import SessionClassification, ViewClassification
@@ -78,10 +78,10 @@ def _open(what: Path, axes: str | None, units: str | None, scale: float | None, 
 
         for name, said in (("axes", axes), ("units", units), ("scale", scale), ("columns", columns)):
             if said is not None:
-                raise InvalidOption(f"--{name} {said}", "a recording says it itself", "leave it out")
+                raise InvalidOption(setting(name, said), "a recording says it itself", "leave it out")
         return mcap_file.read(what)
+    from orbitscan.recorder.conversion import CaptureOptions
     from orbitscan.recorder.sources import open_capture
-    from orbitscan.recorder.sources.options import CaptureOptions
 
     if what.is_dir():
         raise InvalidOption(what, "is a folder", "name one cloud, or make a recording of it with 'orbitscan convert'")

@@ -12,6 +12,7 @@ import typer
 
 from orbitscan.processing.cli.train import choose_device
 from orbitscan.processing.reproduction import STUDIES, find
+from orbitscan.recorder.cli.output import as_flags
 from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption, ScanError
 
@@ -73,7 +74,7 @@ def reproduce(
         except ScanError as error:
             if what != "all":
                 raise
-            typer.echo(f"{name}: {error}", err=True)
+            typer.echo(f"{name}: {error.spelled(as_flags)}", err=True)
             failed = True
             continue
         paths = write(report, plan, command)

@@ -2,20 +2,18 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from orbitscan.recorder.cli.output import Output, complain, place, tell_next, write
+from orbitscan.recorder.cli.output import Output, as_flags, complain, place, tell_next, write
 from orbitscan.recorder.console import progress
-from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnreadableCloud
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnreadableCloud, setting
 
 if TYPE_CHECKING:
-    from orbitscan.recorder.check import Finding
-    from orbitscan.recorder.session import Session, SessionInfo, View
+    from orbitscan.recorder.session import Session
 
 
 class Format(StrEnum):
@@ -93,8 +91,8 @@ def convert(
     """
     from orbitscan.recorder import mcap_file
     from orbitscan.recorder.check import check as find
+    from orbitscan.recorder.conversion import CaptureOptions
     from orbitscan.recorder.sources import open_capture
-    from orbitscan.recorder.sources.options import CaptureOptions
 
     options = CaptureOptions(
         format=format,
@@ -115,9 +113,8 @@ def convert(
     )
     sessions = open_capture(source, options)
     if output.suffix == ".mcap" and len(sessions) > 1:
-        raise InvalidOption(
-            f"-o {output}", f"{source} holds {len(sessions)} sessions", "give a folder, such as -o recordings"
-        )
+        problem = f"{source} holds {len(sessions)} sessions"
+        raise InvalidOption(setting("folder", output), problem, "give a folder, such as -o recordings")
     if categories_from_folders:
         failed = _record_collection(sessions, output)
         print(f"next: orbitscan train {output} -o model.pt")
@@ -136,48 +133,30 @@ def convert(
         for finding in find(mcap_file.read(path)):
             failed |= finding.severity == "problem"
             if finding.severity == "problem" or session.truth():
-                print(f"  {finding}")
+                print(f"  {finding.spelled(as_flags)}")
     tell_next(output)
     raise typer.Exit(1 if failed else 0)
 
 
 def _record_collection(sessions: Sequence["Session"], output: Path) -> bool:
-    """Whether something failed; prints what did, how many each category has, and which option mends them all."""
-    from orbitscan.recorder import mcap_file
+    """Whether something failed; prints what did, how many each category has, and which settings mend them all."""
+    from orbitscan.recorder.check import check_together
+    from orbitscan.recorder.sources.category_folders import record
 
     recorded = []
-    for session in progress(sessions, len(sessions), "Converting"):
-        path, session = place(session, output, None)
-        try:
-            mcap_file.write(session, path)
-        except UnreadableCloud as error:
-            complain(error)
-            continue
-        recorded.append((path, session.info))
-    counts = sorted(Counter(info.category for _, info in recorded).items())
+    placed = (place(session, output, None) for session in sessions)
+    for result in progress(record(placed), len(sessions), "Converting"):
+        if isinstance(result, UnreadableCloud):
+            complain(result)
+        else:
+            recorded.append(result)
+    counts = sorted(Counter(session.info.category for session in recorded).items())
     each = ", ".join(f"{category} {count}" for category, count in counts)
     print(f"{output}: {len(recorded)} recordings" + (f" ({each})" if each else ""))
-    findings = _check_as_one(recorded)
+    findings = check_together(recorded)
     for finding in findings:
-        print(f"  {finding}")
+        print(f"  {finding.spelled(as_flags)}")
     return len(recorded) < len(sessions) or bool(findings)
-
-
-def _check_as_one(recorded: Sequence[tuple[Path, "SessionInfo"]]) -> list["Finding"]:
-    """What an option of `convert` would mend in recordings of a view each: axes and sizes are those of most."""
-    from orbitscan.recorder import mcap_file
-    from orbitscan.recorder.check import check as find
-    from orbitscan.recorder.session import Session
-
-    if not recorded:
-        return []
-
-    def load(index: int) -> "View":
-        return replace(mcap_file.read(recorded[index][0]).load(0), index=index)
-
-    names = tuple(info.name for _, info in recorded)
-    findings = find(Session(replace(recorded[0][1], views=len(names)), names, load))
-    return [finding for finding in findings if finding.severity == "problem" and "--" in finding.remedy]
 
 
 def parse_columns(text: str | None) -> tuple[str, str, str] | None:
@@ -186,7 +165,7 @@ def parse_columns(text: str | None) -> tuple[str, str, str] | None:
         return None
     names = [name.strip() for name in text.split(",")]
     if len(set(names)) != 3 or len(names) != 3 or "" in names:
-        raise InvalidOption(f"--columns {text}", "no three names", "write those of x, y and z, such as px,py,pz")
+        raise InvalidOption(setting("columns", text), "no three names", "write those of x, y and z, such as px,py,pz")
     return names[0], names[1], names[2]
 
 
@@ -196,5 +175,5 @@ def _parse_origin(text: str | None) -> tuple[float, float, float] | Literal["unk
     try:
         x, y, z = (float(word) for word in text.split(","))
     except ValueError:
-        raise InvalidOption(f"--sensor-origin {text}", "neither X,Y,Z nor 'unknown'", "write 0,0,0") from None
+        raise InvalidOption(setting("sensor_origin", text), "neither X,Y,Z nor 'unknown'", "write 0,0,0") from None
     return x, y, z

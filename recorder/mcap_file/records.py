@@ -45,7 +45,7 @@ class Implausible(ValueError):
 
 @dataclass(frozen=True)
 class Place:
-    """Where a message is: the chunk at an offset, and the how manieth of its messages."""
+    """Where a message is: the chunk at an offset, and which of its messages, counted from 0."""
 
     offset: int
     nth: int = 0

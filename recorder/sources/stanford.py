@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from orbitscan.recorder import poses
-from orbitscan.recorder.conversion import Conversion
+from orbitscan.recorder.conversion import CaptureOptions, Conversion
 from orbitscan.recorder.exceptions import InvalidPose, UnknownFormat, UnreadableCloud
 from orbitscan.recorder.session import Session, SessionInfo
 from orbitscan.recorder.sources.clouds import load_view
-from orbitscan.recorder.sources.options import CaptureOptions
 
 _AXES = "RUB"  # y up, the surfaces face +z
 # The scanner sweeps a laser sheet over parallel lines: its rays come from far in front of the object, not from a

@@ -54,7 +54,7 @@ def test_of_a_batch_the_summary_is_shown_and_the_worst_sessions_listed(done, tmp
         )
     (tmp_path / "batch" / "summary.rrd").touch()
     finished = run("view", "batch", "--most", "2", cwd=tmp_path, env=stub)
-    assert "1 less bad session is left out: --most 3 opens all" in finished.stdout
+    assert "1 better session is left out: --most 3 opens all" in finished.stdout
     opened = finished.stdout.splitlines()[-1].split()  # the last one is in front
     assert opened == ["batch/worse/review.rrd", "batch/worst/review.rrd", "batch/summary.rrd"]
 

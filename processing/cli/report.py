@@ -83,7 +83,7 @@ def _print_errors(rows: Sequence[Row]) -> None:
             lines.append([name, method, *(_cell(summary[key], factor) for key, factor in _COLUMNS.values())])
     print_table("Errors against the ground truth", columns, lines)
     if len(rows) > SHOWN_RECORDINGS:
-        typer.echo(f"and {len(rows) - SHOWN_RECORDINGS} less bad ones: summary.csv has them all")
+        typer.echo(f"and {len(rows) - SHOWN_RECORDINGS} with smaller errors: summary.csv has them all")
 
 
 def _cell(value: float | None, factor: float) -> str:
