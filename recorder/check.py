@@ -107,7 +107,8 @@ def check_poses(session: Session, axes: str | None = None) -> list[Finding]:
 def _look(view: View) -> _Sight:
     points, _ = cloud.finite(view.points)
     sample = points[:: max(1, -(-len(points) // SAMPLE))].astype(np.float64)
-    diameter, shape = 0.0, "body"
+    diameter = 0.0
+    shape: Literal["line", "plane", "body"] = "body"
     if len(sample) >= FEW_POINTS:
         diameter = float(np.linalg.norm(np.ptp(np.percentile(sample, [0.5, 99.5], axis=0), axis=0)))
         along, across, through = np.linalg.svd(sample - sample.mean(axis=0), compute_uv=False) / np.sqrt(len(sample))

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -117,7 +117,7 @@ class CaptureOptions:
 
 def recorded(info: SessionInfo) -> Conversion:
     """The conversion that a session's facts tell of; what they do not tell, or tell wrong, is the default."""
-    words = dict(zip(("poses_are", "pose_axes", "pose_units"), info.source_poses.split(), strict=False))
+    words: dict[str, Any] = dict(zip(("poses_are", "pose_axes", "pose_units"), info.source_poses.split(), strict=False))
     try:
         return Conversion(units=info.source_units, axes=info.source_axes, **words)
     except InvalidOption:

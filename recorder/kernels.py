@@ -8,10 +8,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba import config, get_num_threads, njit
+import numba
+from numba import get_num_threads
 
 from orbitscan.recorder.caches import temporary_cache
 
+config: Any = numba.config  # its stubs lack some
+njit: Any = numba.njit
 config.THREADING_LAYER = "workqueue"  # numba's own threads never run; looking for others warns of old libraries
 
 _SLICES_PER_THREAD = 8  # enough to balance the load

@@ -12,6 +12,7 @@ from orbitscan.recorder.exceptions import InvalidOption, setting
 
 DEFAULT_VIEWS = 18  # thesis 5.2: 20 degrees apart
 ESTIMATED = "estimated by"  # how `source_poses` starts where a recording's poses are no ground truth
+Capture = Literal["circle", "unordered", "unknown"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ class SessionInfo:
     instance: str | None = None
     source: str = ""
     sensor: str = ""
-    capture: Literal["circle", "unordered", "unknown"] = "unknown"
+    capture: Capture = "unknown"
     sensor_origin: tuple[float, float, float] | None = (0.0, 0.0, 0.0)  # in the view's frame; None where unknown
     source_axes: str = "RDF"
     source_units: str = "m"

@@ -32,8 +32,10 @@ def run(app: typer.Typer, arguments: Sequence[str] | None = None) -> NoReturn:
 
 def _flush() -> None:
     """Write out what was printed; where nobody reads any more, the interpreter's own last flush shall not complain."""
+    out = sys.__stdout__
+    if out is None:
+        return
     try:
-        if sys.__stdout__ is not None:
-            sys.__stdout__.flush()
+        out.flush()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())

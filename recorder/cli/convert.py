@@ -170,8 +170,10 @@ def parse_columns(text: str | None) -> tuple[str, str, str] | None:
 
 
 def _parse_origin(text: str | None) -> tuple[float, float, float] | Literal["unknown"] | None:
-    if text is None or text == "unknown":
-        return text
+    if text is None:
+        return None
+    if text == "unknown":
+        return "unknown"
     try:
         x, y, z = (float(word) for word in text.split(","))
     except ValueError:

@@ -11,7 +11,7 @@ from orbitscan.recorder.console import counter
 from orbitscan.recorder.exceptions import InvalidOption, ScanError, Settings, setting
 
 if TYPE_CHECKING:
-    from orbitscan.recorder.session import Session
+    from orbitscan.recorder.session import Session, View
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="A recording X.mcap, or a folder for NAME.mcap.")]
 _FLAGS = {  # settings whose option has another name
@@ -49,7 +49,7 @@ def write(session: "Session", path: Path) -> None:
 
     with counter(len(session.names), path.name) as advance:
 
-        def load(index: int) -> object:
+        def load(index: int) -> "View":
             advance()
             return session.load(index)
 

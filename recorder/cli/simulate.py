@@ -1,7 +1,7 @@
 """The command `simulate`: recordings of virtual objects."""
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -65,7 +65,13 @@ def simulate(
     from orbitscan.recorder.simulation import camera, corpus, objects
 
     of_many = what in ("corpus", "others")
-    given = {"views": views, "elevation_deg": elevation, "sensor": sensor, "distance": distance, "focal": focal}
+    given: dict[str, Any] = {
+        "views": views,
+        "elevation_deg": elevation,
+        "sensor": sensor,
+        "distance": distance,
+        "focal": focal,
+    }
     given = {name: value for name, value in given.items() if value is not None}
     eye = corpus.CAMERA if of_many else camera.Camera()
     eye = replace(eye, every=every, noise_mm=noise_mm, seed=seed, **given)

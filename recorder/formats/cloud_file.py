@@ -70,11 +70,13 @@ def _choose_axes(path: Path, names: list[str], chosen: Columns | None) -> Column
         if missing := [name for name in chosen if name.lower() not in names]:
             there = f"no column {missing[0]} among {', '.join(names)}" if names else "no line of column names"
             raise InvalidOption(setting("columns", chosen), f"{path} has {there}", "name three that are there")
-        return tuple(name.lower() for name in chosen)
+        x, y, z = (name.lower() for name in chosen)
+        return x, y, z
     if {"x", "y", "z"} <= set(names):
         return "x", "y", "z"
     parts = [(name[:i], name[i + 1 :]) for name in names for i, letter in enumerate(name) if letter == "x"]
-    triples = [tuple(f"{before}{axis}{after}" for axis in "xyz") for before, after in parts if before not in _NORMALS]
+    parts = [(before, after) for before, after in parts if before not in _NORMALS]
+    triples = [(f"{before}x{after}", f"{before}y{after}", f"{before}z{after}") for before, after in parts]
     found = [triple for triple in dict.fromkeys(triples) if set(triple) <= set(names)]
     if len(found) > 1:
         several = " and ".join(",".join(triple) for triple in found)

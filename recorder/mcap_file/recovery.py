@@ -189,7 +189,8 @@ def _number(found: _Finder, ours: bool, damaged: bool) -> tuple[dict[int, Place]
     if distinct:
         views = {number: view for view, number in enumerate(numbers)}
         return _by_number(clouds, views), _by_number(poses, views), False
-    return *({i: message.place for i, message in enumerate(kind)} for kind in (clouds, poses)), False
+    in_order = [{i: message.place for i, message in enumerate(kind)} for kind in (clouds, poses)]
+    return in_order[0], in_order[1], False
 
 
 def _by_number(messages: Iterable[_Found], views: Mapping[int, int] | None = None) -> dict[int, Place]:
@@ -213,6 +214,6 @@ def _tell_damage(
         what = "the file is damaged at its start"
     else:
         what = "parts of the file are damaged"
-    lost = {SESSION: "the facts of the session", VIEWS: "the names of the views"}
-    lost = [words for name, words in lost.items() if name not in metadata]
+    known = {SESSION: "the facts of the session", VIEWS: "the names of the views"}
+    lost = [words for name, words in known.items() if name not in metadata]
     return f"{what}; {' and '.join(lost)} are lost" if lost else what

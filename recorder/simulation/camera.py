@@ -84,6 +84,8 @@ def simulate(
     half_image = _half_image(radius, distance, focal)
     name = name or (path.stem if from_file else what if instance == 1 else f"{what}_{instance}")
     noise, seed = camera.noise_mm / 1000, camera.seed
+    key: tuple[int, ...]
+    device: DepthSensor
     if camera.sensor == "kinect":
         if distance > Kinect.FAR:
             subject = setting("distance", float(f"{distance:.3g}"))

@@ -16,7 +16,9 @@ KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG = 65.0, 80.0
 class DepthSensor(Protocol):
     """What a virtual camera asks of its sensor; images are (H, W), depths in metres, NaN or inf where nothing is."""
 
-    margin: int | None  # pixels looked at around the object; None: the square of its bounding sphere
+    @property
+    def margin(self) -> int | None:
+        """Pixels looked at around the object; None: the square of its bounding sphere."""
 
     def shift(self, shape: tuple[int, int], rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray] | None:
         """How far [pixels] to the right and down of its own place each pixel looks; None: nowhere."""

@@ -40,7 +40,8 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
         raise UnknownFormat(path, f"holds {' and '.join(c.name for c in confs)}", "name one of them")
     conf = confs[0]
     conversion = Conversion(axes=_AXES, pose_axes=_AXES)
-    files, truth = [], {}
+    files: list[Path] = []
+    truth: dict[int, np.ndarray] = {}
     for number, line in enumerate(conf.read_text(errors="replace").splitlines(), 1):
         words = line.split()
         if not words or words[0] not in ("bmesh", "mesh"):

@@ -170,6 +170,7 @@ def _union(points: np.ndarray, shapes: tuple[Ellipsoid, ...], blend: float) -> n
         steep = np.sqrt((x / a**2) ** 2 + (y / b**2) ** 2 + (z / c**2) ** 2) + 1e-9
         one = near * (near - 1) / steep
         distance = one if distance is None else _join(distance, one, blend)
+    assert distance is not None  # there is a shape
     return distance
 
 

@@ -191,7 +191,7 @@ def test_views_of_one_instance_may_be_split_and_it_says_so(trained):
         (("toys", "--test", "100"), "of its 4 instances none is left to train on"),
         (("toys", "--settings", "wrong.toml"), "there is no setting 'epoch'"),
         (("toys/ball_1.mcap", "toys/ball_2.mcap"), "ball: is the only category; give recordings of another one"),
-        (("unlabelled.mcap",), "ball_1: does not say what it shows; convert it with --category"),
+        (("unlabelled.mcap",), "ball_1: does not say what it shows; convert it with 'orbitscan convert --category'"),
         (("empty",), "the folder holds no recording"),
         (("toys", "--unknown", "nowhere"), "nowhere: no such file"),
         (("toys", "--device", "meta"), "--device meta: no device; give auto, cpu or cuda"),
