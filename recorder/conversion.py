@@ -31,7 +31,7 @@ class Conversion:
                 raise InvalidOption(setting(name, word), "not one of its values", f"give {' or '.join(known)}")
         if not (np.isfinite(self.scale) and self.scale > 0):
             remedy = "give metres per unit of the source"
-            raise InvalidOption(setting("scale", self.scale), "no positive number", remedy)
+            raise InvalidOption(setting("scale", self.scale), "not a positive number", remedy)
         for axes in (self.axes, self.pose_axes):
             poses.axes_to_rdf(axes)
 
@@ -41,14 +41,14 @@ class Conversion:
         return f"{self.poses_are} {self.pose_axes} {self.pose_units}"
 
     def points(self, points: np.ndarray) -> np.ndarray:
-        """Points (N, 3) of the source, in the view's frame [m]; float32."""
+        """The source's points (N, 3) in the view's frame [m]; float32."""
         factor = METRES[self.units] * self.scale
         return poses.transform(poses.make(factor * poses.axes_to_rdf(self.axes), np.zeros(3)), points).astype(
             np.float32
         )
 
     def origin(self, position: tuple[float, float, float]) -> tuple[float, float, float]:
-        """A position in the points' frame, in the view's frame [m]."""
+        """A position given in the points' frame and units, in the view's frame [m]."""
         x, y, z = self.points(np.array([position], dtype=np.float64))[0].tolist()
         return x + 0.0, y + 0.0, z + 0.0  # -0 is 0
 
@@ -59,7 +59,7 @@ class Conversion:
         return T_object_source @ poses.make(poses.axes_to_rdf(self.pose_axes).T, np.zeros(3))
 
     def source_pose(self, T_object_camera: np.ndarray) -> np.ndarray:
-        """The motion as the source writes it, of T_object_camera."""
+        """The motion (4, 4) that the source would write for T_object_camera: the inverse of `pose`."""
         T = T_object_camera @ poses.make(poses.axes_to_rdf(self.pose_axes), np.zeros(3))
         T = poses.invert(T) if self.poses_are == "object-to-camera" else T
         return poses.make(T[:3, :3], T[:3, 3] / (METRES[self.pose_units] * self.scale))

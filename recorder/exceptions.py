@@ -48,7 +48,7 @@ def _spell(parts: Iterable[str | Settings], spell: Callable[[Settings], str]) ->
 
 
 def spelled(text: str, spell: Callable[[Settings], str]) -> str:
-    """A text, with the settings that a Wording speaks of as `spell` writes them."""
+    """The text, in which `spell` has written the settings, where it is a Wording."""
     return _spell(text.parts, spell) if isinstance(text, Wording) else text
 
 

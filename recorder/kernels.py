@@ -69,5 +69,5 @@ def over_slices(function: Callable[..., None], count: int, *arguments: Any, thre
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
-    """Kept for all calls: to start threads takes longer than many a kernel."""
+    """A pool of so many threads, kept for all calls: to start threads takes longer than many a kernel."""
     return ThreadPoolExecutor(threads)

@@ -84,7 +84,7 @@ class Session:
         return Views(indices, self.load)
 
     def truth(self) -> Mapping[int, np.ndarray]:
-        """T_object_camera of every view whose true pose is known, by recorded index."""
+        """The true poses T_object_camera (4, 4), as far as they are known, by recorded index. Raises InvalidPose."""
         return self.load_truth()
 
 

@@ -64,7 +64,7 @@ def classify(
         print(f"{what}: {_sentence(fused)}")
         radius = classifier.odd_radius([view.points for view in chosen])
         if radius is not None:
-            print(f"A radius of {radius:.3g} m is no size of any category: are --units and --scale right?")
+            print(f"A radius of {radius:.3g} m is not the size of any category: are --units and --scale right?")
     damage = describe_damage(session.damage, {view.index: view.damage for view in chosen if view.damage})
     if damage:
         typer.echo(f"{what}: {damage}", err=True)

@@ -1,7 +1,6 @@
 """The command `process`: from recordings to results."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -72,7 +71,7 @@ def process(
     )
     for path in find_unfinished(recordings):
         typer.echo(f"{path}: skipped: it is still being written, or its writer was stopped", err=True)
-    ensure_compiled(partial(typer.echo, err=True))
+    ensure_compiled()
     outcomes = []
     for outcome in progress(process_all(found, job, workers), len(found), "Processing"):
         if outcome.error is not None and len(found) == 1:
@@ -111,7 +110,7 @@ def _choose_viewer(address: str) -> str:
     from orbitscan.processing.review.stream import is_address, is_open
 
     if not is_address(address):
-        raise InvalidOption(setting("viewer", address), "no address of a viewer", f"write it like {VIEWER}")
+        raise InvalidOption(setting("viewer", address), "not the address of a viewer", f"write it like {VIEWER}")
     if not is_open(address):
         typer.echo(
             f"--live: no viewer is open at {address}; open one with 'rerun', and the next recordings show there",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 import sys
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -66,7 +65,7 @@ def reproduce(
         progress=progress,
     )
     command = shlex.join(["orbitscan", *sys.argv[1:]])
-    ensure_compiled(partial(typer.echo, err=True))
+    ensure_compiled()
     failed = False
     for name in STUDIES if what == "all" else [what]:
         try:

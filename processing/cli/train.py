@@ -100,7 +100,7 @@ def choose_device(name: str) -> str:
     if name.startswith("cuda") and not count:
         raise InvalidOption(setting("device", name), "there is no CUDA device here", "give cpu, or leave it out")
     if name not in ("cpu", "cuda", *(f"cuda:{i}" for i in range(count))):
-        raise InvalidOption(setting("device", name), "no device", "give auto, cpu or cuda")
+        raise InvalidOption(setting("device", name), "not a device", "give auto, cpu or cuda")
     return name
 
 

@@ -97,7 +97,7 @@ def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> 
     sides = size.split("x")
     if len(sides) != 2 or not all(side.isdigit() and 200 <= int(side) <= 8000 for side in sides):
         raise InvalidOption(
-            setting("size", size), "no size of a picture", "give pixels from 200 to 8000, such as 1920x1080"
+            setting("size", size), "not the size of a picture", "give pixels from 200 to 8000, such as 1920x1080"
         )
     reports = take_picture(recording, picture, size, at)
     where = "as it opens" if at is None else f"at view {at}"

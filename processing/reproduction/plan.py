@@ -30,7 +30,7 @@ class Plan:
 
     def __post_init__(self) -> None:
         if not 0 < self.fraction <= 1:
-            raise InvalidOption(setting("fraction", self.fraction), "is no share of the views", "give 0.01 to 1")
+            raise InvalidOption(setting("fraction", self.fraction), "is not a share of the views", "give 0.01 to 1")
         if self.runs < 1:
             raise InvalidOption(setting("runs", self.runs), "leaves nothing to show", "give 1 or more")
 

@@ -1,5 +1,6 @@
 """The recorder's commands. Each parses, calls the library and prints."""
 
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -16,6 +17,8 @@ COMMANDS = (convert.convert, simulate.simulate, inspect.info, inspect.check)
 
 def run(app: typer.Typer, arguments: Sequence[str] | None = None) -> NoReturn:
     """Run a command line and exit; a ScanError is told in one line on stderr, and is status 2."""
+    logger, lines = logging.getLogger("orbitscan"), logging.StreamHandler()  # to stderr, the messages alone
+    logger.addHandler(lines)
     try:
         app(args=arguments, prog_name="orbitscan")
     except ScanError as error:
@@ -26,6 +29,7 @@ def run(app: typer.Typer, arguments: Sequence[str] | None = None) -> NoReturn:
     except BrokenPipeError:
         sys.exit(1)
     finally:
+        logger.removeHandler(lines)
         _flush()
     sys.exit(0)
 

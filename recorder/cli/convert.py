@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Format(StrEnum):
-    """The formats of a capture."""
+    """The formats that a capture can have."""
 
     CLOUDS = "clouds"
     STANFORD = "stanford"
@@ -25,14 +25,14 @@ class Format(StrEnum):
 
 
 class Direction(StrEnum):
-    """What a pose maps to what."""
+    """From where to where a pose maps."""
 
     CAMERA_TO_OBJECT = "camera-to-object"
     OBJECT_TO_CAMERA = "object-to-camera"
 
 
 class Unit(StrEnum):
-    """Units of length."""
+    """The units of length that are known."""
 
     METRE = "m"
     CENTIMETRE = "cm"
@@ -42,14 +42,14 @@ class Unit(StrEnum):
 def convert(
     source: Annotated[Path, typer.Argument(help="A folder of clouds, a cloud, a .conf.", show_default=False)],
     output: Output,
-    format: Annotated[Format | None, typer.Option(help="Else recognised from the content.")] = None,
+    format: Annotated[Format | None, typer.Option(help="By default recognised from the content.")] = None,
     poses: Annotated[
-        Path | None, typer.Option(help="True poses: TUM, KITTI, 4x4 or JSON. Else the file that lies with the clouds.")
+        Path | None, typer.Option(help="True poses: TUM, KITTI, 4x4 or JSON. Default: the file beside the clouds.")
     ] = None,
     poses_are: Annotated[Direction | None, typer.Option(help="Default: camera-to-object.")] = None,
-    units: Annotated[Unit | None, typer.Option(help="Of the points and the poses. Default: m.")] = None,
-    pose_units: Annotated[Unit | None, typer.Option(help="Of the poses, where they differ.")] = None,
-    scale: Annotated[float | None, typer.Option(help="Times the units, in points and poses.")] = None,
+    units: Annotated[Unit | None, typer.Option(help="Units of the points and the poses. Default: m.")] = None,
+    pose_units: Annotated[Unit | None, typer.Option(help="Units of the poses, where they differ.")] = None,
+    scale: Annotated[float | None, typer.Option(help="A factor besides the units, of points and poses.")] = None,
     axes: Annotated[
         str | None, typer.Option(help="Where x, y, z of a cloud point: RDF (default), RUB, RFU, FLU, ...")
     ] = None,
@@ -60,12 +60,12 @@ def convert(
     ] = None,
     columns: Annotated[
         str | None,
-        typer.Option(metavar="X,Y,Z", help="Which named columns of a text file are x, y, z. Else recognised."),
+        typer.Option(metavar="X,Y,Z", help="Which named columns of a text file are x, y, z. By default recognised."),
     ] = None,
     category: Annotated[str | None, typer.Option(help="What the object is, such as coffee_mug.")] = None,
-    instance: Annotated[str | None, typer.Option(help="Which one of its category.")] = None,
+    instance: Annotated[str | None, typer.Option(help="Which instance of its category it is.")] = None,
     elevation: Annotated[
-        float | None, typer.Option(help="Degrees that the camera looks down; 0 where the frame is level.")
+        float | None, typer.Option(help="How many degrees the camera looks down; 0 where its frame is level.")
     ] = None,
     name: Annotated[str | None, typer.Option(help="The session's name. Default: that of the output or source.")] = None,
     categories_from_folders: Annotated[
@@ -160,12 +160,12 @@ def _record_collection(sessions: Sequence["Session"], output: Path) -> bool:
 
 
 def parse_columns(text: str | None) -> tuple[str, str, str] | None:
-    """The three names of `--columns`. Raises InvalidOption."""
+    """The three names of columns in a text with commas; None for None. Raises InvalidOption."""
     if text is None:
         return None
     names = [name.strip() for name in text.split(",")]
     if len(set(names)) != 3 or len(names) != 3 or "" in names:
-        raise InvalidOption(setting("columns", text), "no three names", "write those of x, y and z, such as px,py,pz")
+        raise InvalidOption(setting("columns", text), "not three names", "write those of x, y and z, such as px,py,pz")
     return names[0], names[1], names[2]
 
 

@@ -38,7 +38,7 @@ def _flag(flag: str, value: Any) -> str:
 def place(session: "Session", output: Path, name: str | None) -> tuple[Path, "Session"]:
     """Where a session is written and what it is called there: as the file, where the user named one."""
     if name is not None and Path(name).name != name:
-        raise InvalidOption(setting("name", name), "no name for a file", "give one without slashes")
+        raise InvalidOption(setting("name", name), "not a file name", "give one without slashes")
     if output.suffix == ".mcap":
         return output, replace(session, info=replace(session.info, name=name or output.stem))
     return output / f"{session.info.name}.mcap", session

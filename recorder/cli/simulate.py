@@ -28,24 +28,26 @@ def simulate(
         ),
     ],
     output: Output,
-    instance: Annotated[int | None, typer.Option(help="Which one of the objects of this name. Default: 1.")] = None,
-    instances: Annotated[int | None, typer.Option(help="Of each category of a corpus. Default: the thesis's.")] = None,
+    instance: Annotated[int | None, typer.Option(help="Which instance of the object. Default: 1.")] = None,
+    instances: Annotated[
+        int | None, typer.Option(help="Instances of each category of a corpus. Default: the thesis's.")
+    ] = None,
     views: Annotated[int | None, typer.Option(help="Views in one turn. Default: 18; of a corpus 200.")] = None,
     every: Annotated[int, typer.Option(help="Record only each so many-th of these views.")] = 1,
     elevation: Annotated[
         float | None,
-        typer.Option(help="Of the camera above the object, in degrees. Default: 30; of a corpus 30, 45 and 60."),
+        typer.Option(help="The camera's angle above the object, in degrees. Default: 30; of a corpus 30, 45 and 60."),
     ] = None,
-    sensor: Annotated[Sensor | None, typer.Option(help="Default: gaussian; of a corpus kinect.")] = None,
+    sensor: Annotated[Sensor | None, typer.Option(help="The sensor. Default: gaussian; of a corpus kinect.")] = None,
     distance: Annotated[
         float | None,
-        typer.Option(help="Of the camera, in metres. Default: 1 (kinect 0.72), or 2.5 radii of a large object."),
+        typer.Option(help="The camera's distance, in metres. Default: 1 (kinect 0.72) or 2.5 radii of a large object."),
     ] = None,
-    focal: Annotated[float | None, typer.Option(help="Focal length, in pixels. Default: 525 (kinect 570).")] = None,
+    focal: Annotated[float | None, typer.Option(help="The focal length, in pixels. Default: 525 (kinect 570).")] = None,
     noise_mm: Annotated[
         float, typer.Option(help="Standard deviation of the depth at 1 m; grows with its square.")
     ] = 1.0,
-    seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
+    seed: Annotated[int, typer.Option(help="The seed of the noise.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Circles of a corpus recorded at the same time.")] = 1,
 ) -> None:
     """Scan an object or a mesh (metres) with a virtual depth camera; the poses are exact.
@@ -65,21 +67,14 @@ def simulate(
     from orbitscan.recorder.simulation import camera, corpus, objects
 
     of_many = what in ("corpus", "others")
-    given: dict[str, Any] = {
-        "views": views,
-        "elevation_deg": elevation,
-        "sensor": sensor,
-        "distance": distance,
-        "focal": focal,
-    }
-    given = {name: value for name, value in given.items() if value is not None}
+    said = {"views": views, "elevation_deg": elevation, "sensor": sensor, "distance": distance, "focal": focal}
+    given: dict[str, Any] = {name: value for name, value in said.items() if value is not None}
     eye = corpus.CAMERA if of_many else camera.Camera()
     eye = replace(eye, every=every, noise_mm=noise_mm, seed=seed, **given)
     if not of_many:
         if instances is not None:
-            raise InvalidOption(
-                setting("instances", instances), f"is not for {what}", Wording("name 'corpus', or use {instance}")
-            )
+            remedy = Wording("name 'corpus', or use {instance}")
+            raise InvalidOption(setting("instances", instances), f"is not for {what}", remedy)
         path, session = place(camera.simulate(what, 1 if instance is None else instance, eye), output, None)
         write(session, path)
         tell_next(output)

@@ -28,7 +28,7 @@ def read_lines(lines: Iterable[bytes], layout: np.dtype, count: int) -> np.ndarr
 
 
 def read_numbers(lines: Iterable[AnyStr], columns: list[int], separator: str | None = None) -> np.ndarray:
-    """The numbers (N, C) in columns of text; a line of blanks is left out."""
+    """The numbers (N, C) in these columns of lines of text; blank lines are left out. Raises ValueError."""
     filled = (line for line in lines if line.strip())
     first = next(filled, None)
     if first is None:
@@ -37,7 +37,7 @@ def read_numbers(lines: Iterable[AnyStr], columns: list[int], separator: str | N
 
 
 def read_bytes(stream: IO[bytes], layout: np.dtype, count: int) -> np.ndarray:
-    """Up to `count` whole records."""
+    """A table of the next `count` records of a stream, or of as many whole ones as are left."""
     size = os.fstat(stream.fileno()).st_size  # a damaged count may be larger than any memory
     data = stream.read(min(count * layout.itemsize, size))
     return np.frombuffer(data, layout, len(data) // layout.itemsize)

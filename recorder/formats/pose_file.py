@@ -69,7 +69,7 @@ def _read_json(path: Path, text: str) -> PoseFile:
 
 
 def _motion(numbers: Any, subject: str) -> np.ndarray | None:
-    """(4, 4) of 16 or 12 numbers in whatever nesting."""
+    """The 4x4 motion of 16 or 12 numbers in whatever nesting; None for None. Raises InvalidPose."""
     if numbers is None:
         return None
     try:

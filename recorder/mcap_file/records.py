@@ -67,7 +67,7 @@ class Contents:
 
 @dataclass(frozen=True)
 class ChunkHead:
-    """What stands before a chunk's data."""
+    """The fields of a chunk record that stand before its data."""
 
     offset: int
     record_length: int

@@ -68,7 +68,7 @@ class _Found:
 
 @dataclass
 class _Finder:
-    """What has been found so far."""
+    """Collects what a search through a damaged file has found so far."""
 
     data: mmap.mmap
     channels: dict[int, Channel]  # by a record with a CRC
@@ -100,7 +100,7 @@ class _Finder:
         self.waste += end - start
 
     def look_for_metadata(self, framing: Framing) -> None:
-        """Metadata of ours by their look."""
+        """Find our metadata records by the bytes they begin with, where no length leads to them."""
         for match in _METADATA_SIGNATURE.finditer(self.data):
             if not lies_in(match.start(), framing.attachments):
                 self.add_metadata(match.start())
@@ -109,7 +109,7 @@ class _Finder:
         self.failures = self.waste = 0
 
     def add_chunk(self, offset: int, crc_needed: bool) -> None:
-        """The messages of a chunk, if it is whole."""
+        """Take the messages of the chunk at an offset, if it is whole."""
         if self._is_hopeless():
             return
         size = 0
@@ -155,7 +155,7 @@ class _Finder:
         return self.failures > _FAILURES or self.waste > _WASTE + 2 * len(self.data)
 
     def topic(self, message: _Found) -> str | None:
-        """Told by a record with a CRC, else by the message's look, else by a record without."""
+        """A message's topic: by a channel record with a CRC, else by the content, else by a record without CRC."""
         channel, heard = self.channels.get(message.channel), self.hearsay.get(message.channel)
         return channel.topic if channel else message.looks_like or (heard.topic if heard else None)
 

@@ -46,12 +46,17 @@ class Camera:
         distance, focal = 1.0 if self.distance is None else self.distance, 1.0 if self.focal is None else self.focal
         for name, possible, problem, remedy in (
             ("views", self.views >= 1, "a turn has at least one view", "give 1 or more"),
-            ("every", self.every >= 1, "no step from view to view", "give 1 or more"),
-            ("elevation_deg", -90 <= self.elevation_deg <= 90, "no angle above the horizon", "give -90 to 90 degrees"),
+            ("every", self.every >= 1, "not a step from view to view", "give 1 or more"),
+            (
+                "elevation_deg",
+                -90 <= self.elevation_deg <= 90,
+                "not an angle of elevation",
+                "give -90 to 90 degrees",
+            ),
             ("sensor", self.sensor in FOCAL, "not a known sensor", f"give {' or '.join(FOCAL)}"),
-            ("distance", 0 < distance < math.inf, "no distance", "give metres, or leave it out"),
-            ("focal", 0 < focal < math.inf, "no focal length", "give pixels, such as 525"),
-            ("noise_mm", 0 <= self.noise_mm < math.inf, "no standard deviation", "give 0 or more"),
+            ("distance", 0 < distance < math.inf, "not a distance", "give metres, or leave it out"),
+            ("focal", 0 < focal < math.inf, "not a focal length", "give pixels, such as 525"),
+            ("noise_mm", 0 <= self.noise_mm < math.inf, "not a standard deviation", "give 0 or more"),
             ("seed", self.seed >= 0, "seeds are not negative", "give 0 or more"),
         ):
             if not possible:
@@ -127,11 +132,11 @@ class _Orbit:
     key: tuple[int, ...]  # of everything random
 
     def truth(self) -> Mapping[int, np.ndarray]:
-        """T_object_camera of every view."""
+        """The true pose T_object_camera (4, 4) of every view."""
         return {i: self.pose(i) for i in range(self.camera.recorded_views)}
 
     def pose(self, index: int) -> np.ndarray:
-        """T_object_camera: z towards the object's centre, x level."""
+        """The pose T_object_camera (4, 4) of a view: z points to the object's centre, x is level."""
         azimuth = math.radians(self.camera.start_deg + 360 * index / (self.camera.views / self.camera.every))
         elevation = math.radians(self.camera.elevation_deg)
         level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])

@@ -41,18 +41,18 @@ class Circle:
 
     @property
     def name(self) -> str:
-        """As the Washington dataset names it."""
+        """The circle's name, as the Washington dataset would name it."""
         return f"{self.category}_{self.instance}_{self.video}"
 
     @property
     def start_deg(self) -> float:
-        """The front, minus half a run: a run means the same side in every instance."""
+        """The azimuth of the first view, half a run before the front: a run shows the same side of every instance."""
         return -180 / RUNS.get(self.category, 1)
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """A circle's recording."""
+    """What `record` made of a circle."""
 
     path: Path
     views: int

@@ -30,7 +30,7 @@ class Hits:
 
 
 class Raycaster(Protocol):
-    """What finds where rays meet the triangles of a mesh."""
+    """An engine that finds where rays first meet the triangles of a mesh."""
 
     name: str  # as recordings tell it
 
@@ -39,7 +39,7 @@ class Raycaster(Protocol):
 
 
 class Open3DRaycaster:
-    """Embree, as Open3D has it: single precision."""
+    """Open3D's raycaster (Embree), in single precision."""
 
     def __init__(self, mesh: Mesh, open3d: ModuleType) -> None:
         self.name = f"Open3D {open3d.__version__}"
@@ -71,7 +71,7 @@ class Scene:
         return self.raycaster.cast(origin, directions, self.threads)
 
     def colors(self, triangles: np.ndarray, uv: np.ndarray, normals: np.ndarray) -> np.ndarray | None:
-        """(N, 3) uint8, interpolated between the mesh's vertices and lit; None where the mesh has none."""
+        """The colours (N, 3) uint8 of hits, interpolated between the mesh's vertices and lit; None for none."""
         if self.mesh.colors is None:
             return None
         corners = self.mesh.colors[self.mesh.triangles[triangles]]  # (N, 3, 3)
@@ -82,7 +82,7 @@ class Scene:
 
     @cached_property
     def raycaster(self) -> Raycaster:
-        """Open3D's (Embree); ours where that does not load."""
+        """What casts the rays: Open3D (Embree), or our own where that does not load."""
         try:
             return Open3DRaycaster(self.mesh, load_open3d("do without"))
         except MissingLibrary:

@@ -26,18 +26,18 @@ class LabelledCloud:
 
     @property
     def category(self) -> str:
-        """The first folder's name as a slug."""
+        """The category: the first folder's name as a slug."""
         return re.sub(r"[^\w.]+", "_", self.folders[0].strip().lower())
 
     @property
     def name(self) -> str:
-        """The stem, after the category where it does not begin with it."""
+        """A short name for the session: the file's stem, after the category where it does not begin with it."""
         stem = _for_file_names(self.file.stem)
         return stem if stem.lower().startswith(self.category) else f"{self.category}_{stem}"
 
     @property
     def full_name(self) -> str:
-        """The category, all folders below it, and the stem."""
+        """A long name for the session: the category, all folders below it, and the file's stem."""
         return "_".join((self.category, *map(_for_file_names, (*self.folders[1:], self.file.stem))))
 
 

@@ -77,7 +77,7 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
 
 
 def _motion(words: list[str], subject: str) -> np.ndarray:
-    """T_world_scan of the seven numbers of a line."""
+    """The motion T_world_scan (4, 4) that the seven numbers of a line mean. Raises InvalidPose."""
     try:
         numbers = np.array([float(word) for word in words])
     except ValueError:

@@ -60,7 +60,7 @@ def test_points_and_origin_in_numbers():
         ({"pose_units": "km"}, "pose_units='km'"),
         ({"poses_are": "world"}, "poses_are='world'"),
         ({"axes": "RUF"}, "left-handed"),
-        ({"pose_axes": "up"}, "no three of"),
+        ({"pose_axes": "up"}, "not three of"),
         ({"scale": 0.0}, "scale=0"),
         ({"scale": -1.0}, "scale=-1"),
         ({"scale": float("nan")}, "scale=nan"),

@@ -158,7 +158,7 @@ def test_of_all_names_24_are_frames_and_all_are_rotations():
 
 
 @pytest.mark.parametrize(
-    ("axes", "what"), [("XYZ", "no three of"), ("RD", "no three of"), ("RLF", "one line"), ("RUF", "left-handed")]
+    ("axes", "what"), [("XYZ", "not three of"), ("RD", "not three of"), ("RLF", "one line"), ("RUF", "left-handed")]
 )
 def test_names_that_are_no_frame_are_refused(axes, what):
     with pytest.raises(InvalidOption, match=what):

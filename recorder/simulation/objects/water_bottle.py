@@ -89,7 +89,7 @@ def half_litre(rng: np.random.Generator) -> Mesh:
 
 
 def large(rng: np.random.Generator) -> Mesh:
-    """The same for a litre and a half."""
+    """A single-use bottle of thin plastic for a litre and a half."""
     height, radius, shoulder, roundness = rng.uniform((0.265, 0.0405, 0.055, 0.9), (0.305, 0.0465, 0.110, 1.5))
     form = Form(height, radius, 0.0135, shoulder, roundness, **_ribbed(rng), stem=0.018, open=rng.random() < 0.2)
     return _bottle(rng, form, screw_cap(0.0160, rng.uniform(0.012, 0.018)))

@@ -109,7 +109,7 @@ def test_a_cloud_with_two_poses_is_refused(folder):
 
 def test_a_pose_that_is_no_rotation_is_refused_by_its_cloud(folder):
     write_json(folder / "poses.json", [*MOTIONS[:3], np.diag([2, 2, 2, 1])])
-    with pytest.raises(InvalidPose, match=r"poses\.json, pose of view_10\.npy: a pose is no rotation"):
+    with pytest.raises(InvalidPose, match=r"poses\.json, pose of view_10\.npy: a pose is not a rotation"):
         open_capture(folder)
 
 

@@ -18,7 +18,7 @@ class Dent:
     radius: float  # standard deviation [m]
 
     def press(self, points: np.ndarray) -> np.ndarray:
-        """The points (..., 3), pushed."""
+        """The points (..., 3), pushed in by the dent."""
         near = np.exp(-((points - self.center) ** 2).sum(axis=-1, keepdims=True) / (2 * self.radius**2))
         return points + near * self.push
 
@@ -51,7 +51,7 @@ class Crown:
         return points
 
     def dented(self, rng: np.random.Generator, count: int | np.integer, depth: tuple[float, float]) -> Crown:
-        """The crown with dents more, each pushed inward by some `depth` [m] anywhere above its edge."""
+        """The crown with so many dents more, each pushed inward by some `depth` [m] anywhere above its edge."""
         dents = []
         for angle, share, push, radius in rng.uniform(
             (0, 0.12, depth[0], 1.3), (2 * np.pi, 1, depth[1], 2.6), (count, 4)
