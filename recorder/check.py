@@ -11,7 +11,7 @@ import numpy as np
 from orbitscan.recorder import cloud, poses
 from orbitscan.recorder.alignment import Judgement, judge, right_handed_axes
 from orbitscan.recorder.conversion import Conversion, recorded
-from orbitscan.recorder.exceptions import InvalidPose, Settings, Wording, as_keywords, spelled
+from orbitscan.recorder.exceptions import InvalidPose, Values, Wording, as_keywords, spelled
 from orbitscan.recorder.session import Session, SessionInfo, View, name_views
 
 FEW_POINTS = 10
@@ -36,7 +36,7 @@ class Finding:
     def __str__(self) -> str:
         return self.spelled(as_keywords)
 
-    def spelled(self, spell: Callable[[Settings], str]) -> str:
+    def spelled(self, spell: Callable[[Values], str]) -> str:
         """The finding in a line, its remedy's settings written as `spell` does."""
         return f"{self.severity}: {self.what}" + (f"; {spelled(self.remedy, spell)}" if self.remedy else "")
 
@@ -88,13 +88,8 @@ def check_poses(session: Session, axes: str | None = None) -> list[Finding]:
     if session.info.has_estimates:
         return [Finding("info", f"its poses are {session.info.source_poses}: no errors will be told")]
     if not known:
-        return [
-            Finding(
-                "info",
-                "no true poses, so no errors will be told",
-                Wording("name their file with {poses} where they exist"),
-            )
-        ]
+        remedy = Wording("name their file with {poses} where they exist")
+        return [Finding("info", "no true poses, so no errors will be told", remedy)]
     findings = []
     if known < session.info.views:
         findings.append(Finding("info", f"true poses of {known} of {session.info.views} views"))
@@ -218,9 +213,9 @@ def _pose_finding(judgement: Judgement, info: SessionInfo, axes: str | None) -> 
     )
 
 
-def _advise(first: Settings, equal: Sequence[Settings]) -> Wording:
+def _advise(first: Values, equal: Sequence[Values]) -> Wording:
     """Which settings to change, and which others would do as well."""
-    others: list[str | Settings] = []
+    others: list[str | Values] = []
     for settings in equal:
         others += [" or " if others else " (", settings]
     return Wording.of("pass ", first, *others, *([" fits as well)"] if others else []))

@@ -7,10 +7,10 @@ from pathlib import Path
 from string import Formatter
 from typing import Any, Self
 
-Settings = Mapping[str, Any]  # by their names in Python; None where a setting is named without a value
+Values = Mapping[str, Any]  # of settings, by their names in Python; None where one is named without a value
 
 
-def as_keywords(settings: Settings) -> str:
+def as_keywords(settings: Values) -> str:
     """Settings as Python writes them: `units='mm', axes`."""
     values = {name: str(value) if isinstance(value, str | Path) else value for name, value in settings.items()}
     return ", ".join(name if value is None else f"{name}={value!r}" for name, value in values.items())
@@ -23,16 +23,16 @@ class Wording(str):
     units="mm")` is `pass units='mm'`, and a command names its flag instead.
     """
 
-    parts: tuple[str | Settings, ...]
+    parts: tuple[str | Values, ...]
 
     def __new__(cls, template: str, **values: Any) -> Self:
-        parts: list[str | Settings] = []
+        parts: list[str | Values] = []
         for text, name, _, _ in Formatter().parse(template):
             parts += [text, {name: values.get(name)}] if name else [text]
         return cls.of(*parts)
 
     @classmethod
-    def of(cls, *parts: str | Settings) -> Self:
+    def of(cls, *parts: str | Values) -> Self:
         """A wording of texts and of settings, one or several together."""
         wording = super().__new__(cls, _spell(parts, as_keywords))
         wording.parts = parts
@@ -43,11 +43,11 @@ class Wording(str):
         return type(self).of, self.parts
 
 
-def _spell(parts: Iterable[str | Settings], spell: Callable[[Settings], str]) -> str:
+def _spell(parts: Iterable[str | Values], spell: Callable[[Values], str]) -> str:
     return "".join(part if isinstance(part, str) else spell(part) for part in parts)
 
 
-def spelled(text: str, spell: Callable[[Settings], str]) -> str:
+def spelled(text: str, spell: Callable[[Values], str]) -> str:
     """The text, in which `spell` has written the settings, where it is a Wording."""
     return _spell(text.parts, spell) if isinstance(text, Wording) else text
 
@@ -70,7 +70,7 @@ class ScanError(Exception):
         """Rebuild from the three parts, so that an error crosses a process boundary whole."""
         return type(self), (self.subject, self.problem, self.remedy)
 
-    def spelled(self, spell: Callable[[Settings], str]) -> str:
+    def spelled(self, spell: Callable[[Values], str]) -> str:
         """The sentence, its settings written as `spell` does."""
         subject, problem, remedy = (spelled(part, spell) for part in (self.subject, self.problem, self.remedy))
         return f"{subject}: {problem}; {remedy}"

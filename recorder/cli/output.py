@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitscan.recorder.console import counter
-from orbitscan.recorder.exceptions import InvalidOption, ScanError, Settings, setting
+from orbitscan.recorder.exceptions import InvalidOption, ScanError, Values, setting
 
 if TYPE_CHECKING:
     from orbitscan.recorder.session import Session, View
@@ -22,7 +22,7 @@ _FLAGS = {  # settings whose option has another name
 }
 
 
-def as_flags(settings: Settings) -> str:
+def as_flags(settings: Values) -> str:
     """Settings as the command line writes them: `--units mm --columns px,py,pz --live`."""
     return " ".join(_flag(_FLAGS.get(name, f"--{name.replace('_', '-')}"), value) for name, value in settings.items())
 

@@ -47,12 +47,7 @@ class Camera:
         for name, possible, problem, remedy in (
             ("views", self.views >= 1, "a turn has at least one view", "give 1 or more"),
             ("every", self.every >= 1, "not a step from view to view", "give 1 or more"),
-            (
-                "elevation_deg",
-                -90 <= self.elevation_deg <= 90,
-                "not an angle of elevation",
-                "give -90 to 90 degrees",
-            ),
+            ("elevation_deg", abs(self.elevation_deg) <= 90, "not an elevation", "give -90 to 90 degrees"),
             ("sensor", self.sensor in FOCAL, "not a known sensor", f"give {' or '.join(FOCAL)}"),
             ("distance", 0 < distance < math.inf, "not a distance", "give metres, or leave it out"),
             ("focal", 0 < focal < math.inf, "not a focal length", "give pixels, such as 525"),

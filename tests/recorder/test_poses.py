@@ -112,9 +112,9 @@ def test_a_line_that_is_not_tum_is_refused(line):
         (lambda T: T[:3], "shape"),
         (lambda T: T * np.nan, "not finite"),
         (lambda T: T + 0.1 * np.eye(4)[3:].T, "last row"),
-        (lambda T: T @ np.diag([1.01, 1, 1, 1]), "no rotation"),
+        (lambda T: T @ np.diag([1.01, 1, 1, 1]), "not a rotation"),
         (lambda T: T @ np.diag([1, 1, -1, 1]), "mirrors"),
-        (lambda T: T @ np.diag([0, 0, 0, 1]), "no rotation"),
+        (lambda T: T @ np.diag([0, 0, 0, 1]), "not a rotation"),
     ],
 )
 def test_what_is_no_rigid_motion_is_refused(change, what):

@@ -194,7 +194,7 @@ def test_views_are_rendered_only_when_loaded():
         ({"views": 0}, "views=0: a turn has at least one view"),
         ({"noise_mm": -1}, "noise_mm=-1: not a standard deviation"),
         ({"noise_mm": math.nan}, "noise_mm=nan: not a standard deviation"),
-        ({"elevation_deg": 90.5}, "elevation_deg=90.5: not an angle of elevation"),
+        ({"elevation_deg": 90.5}, "elevation_deg=90.5: not an elevation"),
         ({"distance": 0.2}, "distance=0.2: the camera would stand inside the object"),
         ({"distance": math.inf}, "distance=inf: not a distance"),
         ({"focal": 0}, "focal=0: not a focal length"),
