@@ -20,7 +20,7 @@ from orbitscan.processing.surface.preparation import SurfaceSettings
 from orbitscan.recorder.exceptions import InvalidOption
 
 Kind = TypeVar("Kind")
-THESIS_METHODS = ("icp", "ransac_icp")  # `--settings thesis`: all else the thesis gives is the default already
+THESIS_METHODS = ("icp", "ransac_icp")  # all else the thesis gives is the default already
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The numba kernels that `process` needs, compiled before they are: once on a machine, then read from numba's cache."""
 
-from collections.abc import Callable
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -33,10 +33,10 @@ def compiled() -> bool:
     return all(is_kept(kernel, newest) for kernel in KERNELS)
 
 
-def ensure_compiled(say: Callable[[str], None]) -> None:
+def ensure_compiled() -> None:
     """Compile the kernels where they are not, and say so first."""
     if not compiled():
-        say("Compiling the kernels: once on this machine, about 10 s ...")
+        logging.getLogger(__name__).warning("Compiling the kernels: once on this machine, about 10 s ...")
         compile_kernels()
 
 

@@ -27,7 +27,7 @@ from orbitscan.processing.review.foxglove import LAYOUT_NAME, write_foxglove_lay
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.atomic import remove_leftovers, whole_folder
-from orbitscan.recorder.exceptions import ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
+from orbitscan.recorder.exceptions import ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput, Wording
 from orbitscan.recorder.session import Session
 
 if TYPE_CHECKING:
@@ -82,9 +82,15 @@ def process_recording(path: Path, job: Job) -> Outcome:
         return Outcome.failed(path, job, error)
     except OSError as failure:
         problem = f"cannot be written ({failure.strerror or failure})"
-        return Outcome.failed(path, job, UnwritableOutput(job.results / path.stem, problem, "make room, or change -o"))
+        return Outcome.failed(
+            path,
+            job,
+            UnwritableOutput(job.results / path.stem, problem, Wording("make room, or choose another {place}")),
+        )
     except MemoryError:
-        return Outcome.failed(path, job, ProcessingFailed(path, "there is not enough memory", "use fewer --workers"))
+        return Outcome.failed(
+            path, job, ProcessingFailed(path, "there is not enough memory", Wording("use fewer {workers}"))
+        )
     except Exception as failure:  # of one recording out of hundreds: the others go on
         kept = _keep_traceback(_traceback_file(path, job))
         problem = f"a fault of orbitscan stopped it ({type(failure).__name__}: {failure})".replace("\n", " ")
@@ -106,7 +112,7 @@ def _process(path: Path, job: Job) -> Outcome:
             _draw_figures(folder)
         return _finished(path, folder, "already done")
     if folder.exists() and known is None:
-        raise UnwritableOutput(folder, "exists and holds no results", "move it, or choose another place with -o")
+        raise UnwritableOutput(folder, "exists and holds no results", Wording("move it, or choose another {place}"))
     with whole_folder(folder) as part:
         _process_session(session, path, part, key, job)
         after = os.stat(path)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitscan.recorder.console import progress
-from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput
+from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput, setting
 
 if TYPE_CHECKING:
     from orbitscan.processing.classification.labelled_views import LabelledViews, Split
@@ -36,7 +36,7 @@ def train(
     split: Annotated[
         Literal["instances", "views"], typer.Option(help="Of a single instance, views may be split; say so.")
     ] = "instances",
-    every: Annotated[int, typer.Option(min=1, help="Of the views: each so-many-th.")] = 1,
+    every: Annotated[int, typer.Option(min=1, help="Use every n-th view.")] = 1,
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
     device: Annotated[str, typer.Option(help="auto, cpu or cuda.")] = "auto",
 ) -> None:
@@ -98,9 +98,9 @@ def choose_device(name: str) -> str:
     if name == "auto":
         return "cuda" if count else "cpu"
     if name.startswith("cuda") and not count:
-        raise InvalidOption(f"--device {name}", "there is no CUDA device here", "give cpu, or leave it out")
+        raise InvalidOption(setting("device", name), "there is no CUDA device here", "give cpu, or leave it out")
     if name not in ("cpu", "cuda", *(f"cuda:{i}" for i in range(count))):
-        raise InvalidOption(f"--device {name}", "no device", "give auto, cpu or cuda")
+        raise InvalidOption(setting("device", name), "not a device", "give auto, cpu or cuda")
     return name
 
 

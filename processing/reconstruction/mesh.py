@@ -32,7 +32,7 @@ def reconstruct_mesh(
 
     Raises MissingLibrary where Open3D cannot be loaded.
     """
-    o3d = load_open3d("leave out --mesh")
+    o3d = load_open3d("do without a mesh")
     normals = estimate_normals(points, settings.normal_radius * resolution, None)
     normals[np.einsum("ni,ni->n", normals, towards) < 0] *= -1
     known = np.isfinite(normals[:, 0])

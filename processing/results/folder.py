@@ -25,6 +25,7 @@ from orbitscan.processing.results.status import Method, best_method
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import UnreadableRecording
 from orbitscan.recorder.formats import ply
+from orbitscan.recorder.session import name_views
 
 FORMAT_VERSION = 2
 MAKE_AGAIN = "make it again: orbitscan process --overwrite"
@@ -253,20 +254,8 @@ def describe_damage(damage: str | None, unreadable: Mapping[int, str]) -> str | 
     """What of a recording is lost, in a phrase: its own damage, and the unreadable views by index; None for nothing."""
     parts = [damage] if damage else []
     if unreadable:
-        runs = _runs(sorted(unreadable))
-        parts.append(f"{'views' if len(unreadable) > 1 else 'view'} {runs} unreadable")
+        parts.append(f"{name_views(sorted(unreadable), len(unreadable))} unreadable")
     return "; ".join(parts) or None
-
-
-def _runs(numbers: list[int]) -> str:
-    """Ascending numbers as `3, 9-17`."""
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and runs[-1][-1] == number - 1:
-            runs[-1].append(number)
-        else:
-            runs.append([number])
-    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
 
 
 def _write_json(path: Path, content: Mapping[str, Any]) -> None:

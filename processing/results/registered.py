@@ -73,8 +73,8 @@ def registered(session: Session, placement: Placement) -> Session:
     """The placed views of a session with the estimated poses in place of the true ones.
 
     They keep names and stamps and are numbered anew, as a recording's views are; `source_poses` says that the poses
-    are estimates, by which method, and which recorded views these are, as `--views` takes them. Views are read from the
-    session when asked for.
+    are estimates, by which method, and which recorded views these are, as `select_views` reads them. Views are read
+    from the session when asked for.
     """
     recorded = tuple(placement.T_object_i)
 
@@ -105,7 +105,7 @@ def _describe(info: SessionInfo, placement: Placement, recorded: Sequence[int]) 
 
 
 def _select(views: Sequence[int]) -> str:
-    """The text with which `--views` selects these."""
+    """The text that selects these, as `select_views` reads it."""
     if list(views) == list(range(views[0], views[-1] + 1)):
         return f"{views[0]}:{views[-1] + 1}"
     return ",".join(map(str, views))

@@ -21,6 +21,7 @@ from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import choose_scale
 from orbitscan.recorder import mcap_file, poses
+from orbitscan.recorder.atomic import whole_file
 from orbitscan.recorder.formats import ply
 from orbitscan.recorder.libraries import load_open3d
 from orbitscan.recorder.session import Session
@@ -75,10 +76,8 @@ def _build(recording: Session, run: Run, path: Path) -> None:
         recording.info.sensor_origin,
         settings.model,
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    ply.write(part, model.points, model.colors)
-    part.replace(path)
+    with whole_file(path) as part:
+        ply.write(part, model.points, model.colors)
 
 
 def _distances(what: str, points: np.ndarray) -> np.ndarray:

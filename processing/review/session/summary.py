@@ -130,9 +130,9 @@ def describe_freedoms(found: MethodResult, step_was_given: bool) -> str:
     if any(freedom.kind == "turn" for freedom in free):
         text += "The object looks the same all round; "
         if step_was_given:
-            text += "the step that `--step-deg` gave does not fit these views. "
+            text += "the step that was given does not fit these views. "
         else:
-            text += "`--step-deg N` uses your knowledge of the turntable's step. "
+            text += "`orbitscan process --step-deg N` uses your knowledge of the turntable's step. "
     if any(freedom.kind == "shift" for freedom in free):
         text += "The surface slides along itself; views that see an edge or an end of it would tell. "
     return text + "All else about these views is determined."

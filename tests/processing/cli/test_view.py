@@ -86,7 +86,7 @@ def test_a_cut_review_is_told_in_a_sentence_and_leaves_no_picture(done, tmp_path
         (["--at", "1"], "is for pictures"),
         (["--screenshot", "blob.jpg"], "a picture is a PNG"),
         (["--screenshot", "nowhere/blob.png"], "its folder does not exist"),
-        (["--screenshot", "blob.png", "--size", "big"], "no size of a picture"),
+        (["--screenshot", "blob.png", "--size", "big"], "not the size of a picture"),
         (["--screenshot", "blob.png", "--at", "9"], "there are 0 to 2"),
     ],
 )

@@ -75,7 +75,7 @@ def _print_errors(rows: Sequence[Row]) -> None:
             lines.append([row.session if number == 0 else "", method, *cells])
     print_table("Errors against the ground truth", columns, lines)
     if len(rows) > SHOWN_RECORDINGS:
-        typer.echo(f"and {len(rows) - SHOWN_RECORDINGS} better ones: summary.csv has them all")
+        typer.echo(f"and {len(rows) - SHOWN_RECORDINGS} with smaller errors: summary.csv has them all")
 
 
 def _cell(value: float | None, factor: float) -> str:
