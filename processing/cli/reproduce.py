@@ -107,7 +107,7 @@ def _print_report(report: Report) -> None:
     console.print(table)
     if len(report.rows) > _SHOWN_ROWS:
         typer.echo(f"... {len(report.rows) - _SHOWN_ROWS} more rows in {report.name}.csv")
-    for sentence in report.said:
+    for sentence in (*report.said, *report.claims):
         typer.echo(sentence)
 
 

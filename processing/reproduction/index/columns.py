@@ -1,10 +1,11 @@
 """A study's rows as the cells of a table: headings with units, numbers with as many digits as mean something."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-Value = str | int | float | None
+from orbitscan.processing.reproduction.report import Row, Value
+
 THESIS = "thesis_"  # begins the name of a column that holds the thesis's numbers
 UNKNOWN = "–"
 _UNITS = {"percent": "%", "deg": "°", "mm": "mm", "m": "m", "s": "s", "ms": "ms", "nats": "nats"}
@@ -24,7 +25,7 @@ class Column:
     is_thesis: bool
 
 
-def lay_out_columns(rows: Sequence[Mapping[str, Value]]) -> list[Column]:
+def lay_out_columns(rows: Sequence[Row]) -> list[Column]:
     """The columns of the rows, the thesis's beside ours: its numbers as it gives them, ours with no fewer decimals."""
     names = list(rows[0]) if rows else []
     return [
@@ -81,10 +82,11 @@ def _count_decimals(values: Sequence[Value]) -> int:
     return max((len(number.partition(".")[2]) for number in written if "e" not in number), default=0)
 
 
-def _choose_decimals(rows: Sequence[Mapping[str, Value]], name: str) -> int | None:
+def _choose_decimals(rows: Sequence[Row], name: str) -> int | None:
     """Decimals of a column's floats; None where they are too far apart for one number."""
     given = _count_decimals([row.get(THESIS + _plain(name)) for row in rows])
-    sizes = [abs(row[name]) for row in rows if isinstance(row[name], float) and is_number(row[name]) and row[name]]
+    values = [row[name] for row in rows]
+    sizes = [abs(value) for value in values if isinstance(value, float) and math.isfinite(value) and value]
     if name.startswith(THESIS) or not sizes:
         return given
     largest, smallest = math.floor(math.log10(max(sizes))), math.floor(math.log10(min(sizes)))

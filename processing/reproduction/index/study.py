@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from orbitscan.processing.reproduction.claims import Claim
 from orbitscan.processing.reproduction.index.columns import THESIS, is_number
-from orbitscan.processing.reproduction.verdicts import Statement
+from orbitscan.processing.reproduction.report import SavedReport
 from orbitscan.processing.review.entities import entity_path
 
 Cloud = tuple[np.ndarray, np.ndarray | None]  # points (N, 3), z up; colours (N, 3) uint8
@@ -32,7 +33,7 @@ class Curve:
 class StudyReview:
     """A study as it is shown."""
 
-    report: Mapping[str, Any]  # its JSON
+    report: SavedReport
     figures: Mapping[str, bytes] = field(default_factory=dict)  # PNG, by name
     frames: Sequence[Mapping[str, Any]] = ()  # rows whose curves are shown; none: the report's
     models: Mapping[str, Mapping[str, Cloud]] = field(default_factory=dict)  # by object, then by method
@@ -40,7 +41,7 @@ class StudyReview:
     @property
     def name(self) -> str:
         """As the command names it."""
-        return self.report["name"]
+        return self.report.name
 
     @property
     def origin(self) -> str:
@@ -50,7 +51,7 @@ class StudyReview:
     @property
     def curves(self) -> list[Curve]:
         """Of its frames or else its rows."""
-        return find_curves(self.frames or self.report["rows"])
+        return find_curves(self.frames or self.report.rows)
 
     def figure_path(self, name: str) -> str:
         """The entity of a figure."""
@@ -65,10 +66,9 @@ class StudyReview:
         return entity_path("studies", self.name, "curves", plot or "all", quantity)
 
 
-def collect_verdicts(studies: Sequence[StudyReview]) -> dict[str, list[str]]:
-    """The verdicts of each study that has any, by name."""
-    found = {s.name: [Statement.read(sentence).verdict for sentence in s.report["said"]] for s in studies}
-    return {name: told for name, verdicts in found.items() if (told := [v for v in verdicts if v])}
+def collect_claims(studies: Sequence[StudyReview]) -> dict[str, list[Claim]]:
+    """The claims of each study that has any, by the study's name."""
+    return {study.name: study.report.claims for study in studies if study.report.claims}
 
 
 def find_timeline(rows: Sequence[Mapping[str, Any]]) -> str | None:

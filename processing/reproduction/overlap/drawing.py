@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.overlap.run import METHODS
 from orbitscan.processing.reproduction.overlap.trials import OVERLAPS, Trial, choose, interval, mean, within
 

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.errors import with_errors
 from orbitscan.processing.pipeline import process
+from orbitscan.processing.reproduction.registration.run import IDENTITY, IDENTITY_SETTINGS
 from orbitscan.processing.results.records import PairEstimate, SessionResult
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import poses
@@ -19,12 +20,10 @@ from orbitscan.recorder.session import Session, SessionInfo, View, in_memory
 from orbitscan.recorder.simulation import objects
 from orbitscan.recorder.simulation.camera import simulate
 
-IDENTITY = "identity + refiner"  # our control: `pairwise` without any feature
 METHODS = ("icp", "ransac_icp", IDENTITY, "pairwise")
 STEP_DEG = 10  # between the views of the circle; azimuths are multiples of it
 FIRST_DEG = 37.0  # from one run's first view to the next run's
 GATE_SHARE = 0.01  # of the diameter: so near another view's point, a point is overlapped
-_STARTS = ("identity",)
 
 
 @dataclass(frozen=True)
@@ -99,10 +98,9 @@ def _start_error_deg(session: Session) -> float:
 
 def _register(session: Session, seed: int) -> Iterator[tuple[str, PairEstimate]]:
     """The pair by each method, by nothing but the page; the truth comes after it."""
-    identity = replace(Settings(), pair=replace(Settings().pair, starts=_STARTS))
     for settings, methods, named in (
         (Settings(), ("icp", "ransac_icp", "pairwise"), {}),
-        (identity, ("pairwise",), {"pairwise": IDENTITY}),
+        (IDENTITY_SETTINGS, ("pairwise",), {"pairwise": IDENTITY}),
     ):
         estimates = process(session.views(), session.info, settings, methods, seed)
         *_, result = with_errors(estimates, session.truth())

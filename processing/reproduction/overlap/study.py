@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.reproduction.claims import FEWEST_RUNS, Claim, compare
+from orbitscan.processing.reproduction.claims import Claim, Verdict, compare
 from orbitscan.processing.reproduction.overlap.drawing import draw_success
 from orbitscan.processing.reproduction.overlap.run import GATE_SHARE, METHODS, Pairs, register_pairs
 from orbitscan.processing.reproduction.overlap.trials import (
@@ -21,10 +21,10 @@ from orbitscan.processing.reproduction.overlap.trials import (
     within,
 )
 from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.registration.run import OBJECTS
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.reproduction.runs import keep
 
-OBJECTS = ("bin", "statue", "helicopter", "robot", "vacuum_cleaner")  # thesis 5.2
 AZIMUTHS_DEG = (10, 20, 30, 40, 60, 80, 100, 120, 150, 180)
 STARTS_DEG = (0, 30, 60, 90, 180)
 _COARSE_BELOW = 0.2  # of the plan's fraction: each third azimuth, and two starts
@@ -45,14 +45,10 @@ def vary_overlap(plan: Plan) -> Report:
         "study-overlap",
         "Success against overlap and starting angle",
         list(_tabulate(trials, azimuths, starts)),
-        [
-            *(str(_independence(method, trials)) for method in METHODS),
-            *(_reach(method, trials) for method in METHODS),
-            _by_object(trials),
-            _false(trials),
-        ],
-        {"study-overlap": draw_success(trials, _near(trials), choose(trials, method=THESIS), azimuths, starts)},
-        {
+        said=[*(_reach(method, trials) for method in METHODS), _by_object(trials), _false(trials)],
+        claims=[_independence(method, trials) for method in METHODS],
+        figures={"study-overlap": draw_success(trials, _near(trials), choose(trials, method=THESIS), azimuths, starts)},
+        settings={
             "wrong_beyond_deg": MOST_DEG,
             "wrong_beyond_diameters": MOST_SHARE,
             "overlap_gate_diameters": GATE_SHARE,
@@ -127,12 +123,13 @@ def _independence(method: str, trials: Sequence[Trial]) -> Claim:
         f"one ({np.mean(unturned):.0f} %), views up to {NEAR_DEG} degrees apart"
     )
     claim = compare(text, unturned, turned, "points from the unturned")
-    if len(runs) < FEWEST_RUNS:
+    if claim.interval is None:
         return claim
+    low, high = claim.interval
     works = max(np.mean(unturned), np.mean(turned)) >= 100 * WORKS
-    same = works and max(abs(claim.low), abs(claim.high)) <= SAME_POINTS
-    differs = claim.low > 0 or claim.high < 0
-    return replace(claim, verdict="holds" if same else "does not hold" if differs else "cannot be told")
+    same = works and max(abs(low), abs(high)) <= SAME_POINTS
+    differs = low > 0 or high < 0
+    return replace(claim, verdict=Verdict.HOLDS if same else Verdict.FAILS if differs else Verdict.OPEN)
 
 
 def _reach(method: str, trials: Sequence[Trial]) -> str:

@@ -4,30 +4,40 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from orbitscan.processing.reconstruction.model import build_model
-from orbitscan.processing.reproduction.claims import compare
-from orbitscan.processing.reproduction.drawing import charts
-from orbitscan.processing.reproduction.drawing.clouds import SIDES, draw_cloud
+from orbitscan.processing.reproduction import charts
+from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.registration.run import OBJECTS, Run, run_all
-from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.registration.run import OBJECTS, THESIS, Run, run_all
+from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import choose_scale
 from orbitscan.recorder import mcap_file, poses
+from orbitscan.recorder.atomic import whole_file
 from orbitscan.recorder.formats import ply
 from orbitscan.recorder.libraries import load_open3d
 from orbitscan.recorder.session import Session
 from orbitscan.recorder.simulation import objects
 
-SHOWN = ("icp", "ransac_icp", "refined")  # the thesis's two, and ours
+SHOWN = (*THESIS, "refined")  # the thesis's two, and ours
+SIDES = {  # name -> azimuth from the front (+x) counterclockwise seen from above, elevation [degrees]
+    "front": (0, 0),
+    "left": (90, 0),
+    "rear": (180, 0),
+    "right": (270, 0),
+    "top": (0, 90),
+    "bird's view": (35, 35),
+}
 _DRAWN = 30_000  # points of a model
+_GREY = 0.45  # brightness of points without colour
+_FADE = 0.45  # how much the farthest point is lighter than the nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +49,11 @@ class Placed:
     colors: np.ndarray | None  # (N, 3) uint8
     off_mm: np.ndarray  # (N,) from the true surface
 
+    @property
+    def off_95_mm(self) -> float:
+        """The distance from the true surface within which 95 % of the points lie [mm]."""
+        return float(np.percentile(self.off_mm, 95))
+
 
 def show_models(plan: Plan) -> Report:
     """Pictures of the first run's models; a row for each model of every run."""
@@ -49,7 +64,7 @@ def show_models(plan: Plan) -> Report:
         for what in OBJECTS
     }
     rows = [_describe(model) for model in placed]
-    return Report("figure-5.9", "The models from six sides", rows, [*_claim(rows), _rank(rows)], figures)
+    return Report("figure-5.9", "The models from six sides", rows, [_rank(placed)], _claim(placed), figures)
 
 
 def _place(plan: Plan, run: Run) -> Placed:
@@ -75,10 +90,10 @@ def _build(recording: Session, run: Run, path: Path) -> None:
         recording.info.sensor_origin,
         settings.model,
     )
+    assert model is not None, f"{path.name}: no view was placed"
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    ply.write(part, model.points, model.colors)
-    part.replace(path)
+    with whole_file(path) as part:
+        ply.write(part, model.points, model.colors)
 
 
 def _distances(what: str, points: np.ndarray) -> np.ndarray:
@@ -92,7 +107,7 @@ def _distances(what: str, points: np.ndarray) -> np.ndarray:
     return scene.compute_distance(o3d.core.Tensor(points.astype(np.float32))).numpy()
 
 
-def _describe(model: Placed) -> dict[str, Any]:
+def _describe(model: Placed) -> Row:
     return {
         "object": model.run.circle.what,
         "method": model.run.method,
@@ -100,25 +115,26 @@ def _describe(model: Placed) -> dict[str, Any]:
         "views": len(model.run.poses),
         "points": len(model.points),
         "median_off_mm": float(np.median(model.off_mm)),
-        "off_95_percent_mm": float(np.percentile(model.off_mm, 95)),
+        "off_95_percent_mm": model.off_95_mm,
     }
 
 
-def _claim(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def _claim(models: Sequence[Placed]) -> list[Claim]:
     """Whether the model after RANSAC lies closer to the true surface, object by object."""
-    said = []
+    claims = []
     for what in OBJECTS:
         icp, ransac = (
-            [row["off_95_percent_mm"] for row in rows if row["object"] == what and row["method"] == method]
-            for method in SHOWN[:2]
+            [model.off_95_mm for model in models if (model.run.circle.what, model.run.method) == (what, method)]
+            for method in THESIS
         )
         text = f"RANSAC before ICP brings 95 % of the model of the {what.replace('_', ' ')} closer to its surface"
-        said.append(str(compare(text, icp, ransac, "mm")))
-    return said
+        claims.append(compare(text, icp, ransac, "mm"))
+    return claims
 
 
-def _rank(rows: Sequence[Mapping[str, Any]]) -> str:
-    means = {method: np.mean([row["off_95_percent_mm"] for row in rows if row["method"] == method]) for method in SHOWN}
+def _rank(models: Sequence[Placed]) -> str:
+    """How far off the surface the models of each method are, on average."""
+    means = {method: np.mean([model.off_95_mm for model in models if model.run.method == method]) for method in SHOWN}
     said = ", ".join(f"{method} {mean:.2f} mm" for method, mean in means.items())
     return f"95 % of a model's points lie within, mean of objects and runs: {said} of the true surface."
 
@@ -131,10 +147,36 @@ def _draw(models: Sequence[Placed]) -> charts.Figure:
         step = -(-len(model.points) // _DRAWN)
         for axes, side in zip(line, SIDES, strict=True):
             colors = None if model.colors is None else model.colors[::step]
-            draw_cloud(axes, model.points[::step], side, half, colors)
+            _draw_cloud(axes, model.points[::step], side, half, colors)
             if i == 0:
                 axes.set_title(side, fontsize=9)
         line[0].text(
             -0.04, 0.5, model.run.method, transform=line[0].transAxes, rotation=90, ha="right", va="center", fontsize=9
         )
     return figure
+
+
+def _draw_cloud(axes: Axes, points: np.ndarray, side: str, half: float, colors: np.ndarray | None = None) -> None:
+    """Points (N, 3) [m] from one of SIDES, far ones lighter and behind; the picture is 2 `half` [m] wide and high."""
+    right, up, toward = _directions(*SIDES[side])
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    relative = points - middle
+    depth = relative @ toward
+    order = np.argsort(depth)
+    share = (depth - depth.min()) / max(np.ptp(depth), 1e-9)  # 0: the farthest
+    own = np.full((len(points), 3), _GREY) if colors is None else colors / 255
+    shaded = own + (1 - own) * (_FADE * (1 - share))[:, None]
+    axes.scatter(
+        (relative @ right)[order], (relative @ up)[order], s=2.4, c=shaded[order], linewidths=0, rasterized=True
+    )
+    axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
+    axes.set_axis_off()
+
+
+def _directions(azimuth_deg: float, elevation_deg: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Right and up in the picture, and towards whoever looks."""
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    toward = np.cos(elevation) * level + np.array([0, 0, np.sin(elevation)])
+    return right, np.cross(toward, right), toward

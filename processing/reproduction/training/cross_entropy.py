@@ -7,7 +7,7 @@ import numpy as np
 import torch
 
 from orbitscan.processing.classification.training import classification_loss
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
 
@@ -29,7 +29,9 @@ def work_example(plan: Plan) -> Report:
     sums = [float(values.sum()) for values in losses.values()]
     settings = {"classes": CLASSES.tolist(), "probabilities": {k: v.tolist() for k, v in PROBABILITIES.items()}}
     said = [*_compare(sums), *_explain(), _check(sums)]
-    return Report("table-5.2", "An example of cross-entropy", rows, said, {"table-5.2": _draw(losses)}, settings)
+    return Report(
+        "table-5.2", "An example of cross-entropy", rows, said, figures={"table-5.2": _draw(losses)}, settings=settings
+    )
 
 
 def cross_entropies(probabilities: np.ndarray, classes: np.ndarray) -> np.ndarray:

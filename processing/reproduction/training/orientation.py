@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.reproduction.claims import compare
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction import charts
+from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.reproduction.training import data
-from orbitscan.processing.reproduction.training.initialisations import describe_starts, draw_run_boxes, draw_run_curves
+from orbitscan.processing.reproduction.training.initializations import describe_starts, draw_run_boxes, draw_run_curves
 from orbitscan.processing.reproduction.training.run import column, run_trainings, tabulate_curves, tabulate_runs
 from orbitscan.recorder.exceptions import InvalidOption
 
@@ -35,8 +35,8 @@ def draw_boxes(plan: Plan) -> Report:
         "figure-5.3",
         "The orientation head: the runs",
         tabulate_runs(runs, "network"),
-        _claim(runs),
-        {"figure-5.3": figure},
+        claims=_claim(runs),
+        figures={"figure-5.3": figure},
     )
 
 
@@ -46,7 +46,11 @@ def draw_curves(plan: Plan) -> Report:
     rows = tabulate_curves(runs, "network")
     figure = draw_run_curves(runs)
     return Report(
-        "figure-5.4", "The orientation head: the training", rows, describe_starts(runs), {"figure-5.4": figure}
+        "figure-5.4",
+        "The orientation head: the training",
+        rows,
+        said=[describe_starts(runs)],
+        figures={"figure-5.4": figure},
     )
 
 
@@ -65,11 +69,11 @@ def draw_confusions(plan: Plan) -> Report:
         for i, line in enumerate(matrix)
     ]
     said = [_describe_confusion(name, matrix, names) for name, matrix in counts.items()]
-    return Report("figure-5.5", "The orientation head: confusion", rows, said, {"figure-5.5": figure})
+    return Report("figure-5.5", "The orientation head: confusion", rows, said, figures={"figure-5.5": figure})
 
 
-def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[str]:
-    """(3.27): what is known of the side never makes the category less sure."""
+def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[Claim]:
+    """Whether the second output makes the first one better in each of three numbers (3.27)."""
     with_head, without = runs[WITH], runs[WITHOUT]
     claims = (
         ("With the orientation the category is told more accurately", "accuracy", 100.0, "points"),
@@ -77,7 +81,7 @@ def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[str]:
         ("With the orientation there is less overfitting", "overfitting", -1.0, "nats"),
     )
     return [
-        str(compare(text, column(with_head, key, factor), column(without, key, factor), unit))
+        compare(text, column(with_head, key, factor), column(without, key, factor), unit)
         for text, key, factor, unit in claims
     ]
 

@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from matplotlib.colors import LogNorm
 
 from orbitscan.processing.classification.voxels import VoxelSettings
-from orbitscan.processing.reproduction.drawing import charts
-from orbitscan.processing.reproduction.drawing.grids import draw_count_bar, draw_grid
-from orbitscan.processing.reproduction.drawing.views import draw_view, picture_size
+from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.registration.run import OBJECTS
 from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.reproduction.views import circles
-from orbitscan.processing.reproduction.views.grids import PLACE, Grid, make_grid
+from orbitscan.processing.reproduction.views.grid_drawing import draw_count_bar, draw_grid
+from orbitscan.processing.reproduction.views.view_drawing import draw_view, picture_size
+from orbitscan.processing.reproduction.views.voxelization import PLACE, Grid, make_grid
 from orbitscan.recorder.cloud import finite
 from orbitscan.recorder.session import DEFAULT_VIEWS, Session, View
 from orbitscan.recorder.simulation import corpus
 from orbitscan.recorder.simulation.camera import simulate
 
-OBJECTS = ("bin", "statue", "helicopter", "robot", "vacuum_cleaner")  # thesis 5.2
 THESIS_POINTS = {name: 90_000 if name == "helicopter" else 30_000 for name in OBJECTS}  # of a view, at least
 CATEGORIES = ("cap", "coffee_mug", "cell_phone", "water_bottle")  # whose circles figure 3.7 shows
 COLUMNS = 6  # pictures in a row
@@ -33,6 +33,11 @@ class Shot:
     instance: str
     view: View
     grid: Grid
+
+    @property
+    def points(self) -> int:
+        """How many points the view has."""
+        return int(self.grid.counts.sum())
 
 
 Shots = Mapping[str, Sequence[Shot]]
@@ -59,8 +64,8 @@ def show_gallery(plan: Plan) -> Report:
     }
     rows = [_describe(name, shot) for name, shots in shown.items() for found in shots.values() for shot in found]
     settings = {"place_on_circle": PLACE, "object_place": _OBJECT_PLACE, "object_views": DEFAULT_VIEWS}
-    said = [_count(instances), *_compare_points(rows)]
-    return Report("gallery", "Instances, objects and their views", rows, said, figures, settings)
+    said = [_count(instances), *_compare_points(shown)]
+    return Report("gallery", "Instances, objects and their views", rows, said, figures=figures, settings=settings)
 
 
 def _choose(sessions: Sequence[Session]) -> list[Session]:
@@ -85,7 +90,7 @@ def _describe(figure: str, shot: Shot) -> Row:
         "what": shot.what,
         "instance": shot.instance,
         "view": shot.view.index,
-        "points": int(shot.grid.counts.sum()),
+        "points": shot.points,
         "radius_mm": 1000 * shot.grid.side * len(shot.grid.counts) / 2,
         "occupied_voxels": len(shot.grid.occupied),
         "most_points_in_a_voxel": int(shot.grid.counts.max()),
@@ -102,17 +107,15 @@ def _count(instances: Mapping[str, Sequence[Session]]) -> str:
     return f"{said}; table 3.1 has {sum(corpus.INSTANCES.values())}, other numbers of {', '.join(other)}."
 
 
-def _compare_points(rows: Sequence[Row]) -> list[str]:
+def _compare_points(shown: Mapping[str, Shots]) -> list[str]:
     """How dense the views are, by category, and against the thesis's objects."""
-    of_instances = sorted((r for r in rows if r["figure"] == "figure-3.4"), key=lambda row: row["points"])
-    few, many = of_instances[0], of_instances[-1]
-    round_objects = [row for row in rows if row["figure"] == "figure-5.7"]
-    fewer = [
-        name for name in OBJECTS if max(r["points"] for r in round_objects if r["what"] == name) < THESIS_POINTS[name]
-    ]
-    points = [row["points"] for row in round_objects]
+    instances = sorted((shot for shots in shown["figure-3.4"].values() for shot in shots), key=lambda shot: shot.points)
+    few, many = instances[0], instances[-1]
+    objects = shown["figure-5.7"]
+    fewer = [name for name, shots in objects.items() if max(shot.points for shot in shots) < THESIS_POINTS[name]]
+    points = [shot.points for shots in objects.values() for shot in shots]
     return [
-        f"A view of an instance has {few['points']} points ({few['what']}) to {many['points']} ({many['what']}).",
+        f"A view of an instance has {few.points} points ({few.what}) to {many.points} ({many.what}).",
         f"A view of the five objects, virtual ones, has {min(points)} to {max(points)} points; the thesis's have "
         f"30000, the helicopter's 90000 or more: ours have fewer for {', '.join(fewer) if fewer else 'none'}.",
     ]
