@@ -17,6 +17,7 @@ LEAST_DEVIATION = 0.35  # of log r: a third, however alike the instances are
 SIZE_RANGE = np.log(1000)  # of log r, where nothing is known of a thing: 5 mm to 5 m, say
 FUSED_VIEWS = 6  # that a session's threshold is set for
 DRAWS = 400  # of so many views each
+Sizes = tuple[tuple[float, ...], tuple[float, ...]]  # of log r in each category: means, standard deviations
 _RADII = 1e-9, 1e9  # [m] whose logarithm is taken; a view of one point, or of garbage, is outside
 
 
@@ -39,7 +40,7 @@ def open_set_scores(joint: np.ndarray) -> np.ndarray:
     return logsumexp(joint, axis=1)
 
 
-def measure_sizes(radii: np.ndarray, categories: np.ndarray, count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def measure_sizes(radii: np.ndarray, categories: np.ndarray, count: int) -> Sizes:
     """Mean and standard deviation of log r [m] of each of `count` categories."""
     logs = [_log(radii[categories == c]) for c in range(count)]
     deviations = [max(float(np.std(log)), LEAST_DEVIATION) for log in logs]
@@ -51,7 +52,7 @@ def calibrate(
     radii: np.ndarray,
     categories: np.ndarray,
     sessions: np.ndarray,
-    sizes: tuple[tuple[float, ...], tuple[float, ...]],
+    sizes: Sizes,
     seed: int = 0,
 ) -> Calibration:
     """Temperature (Guo et al., ICML 2017) and thresholds that keep KEPT of the known validation views and sessions.

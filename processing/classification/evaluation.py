@@ -56,8 +56,8 @@ class Evaluator:
     views: LabelledViews
     of_size: np.ndarray  # (V, C) that a view's size adds to its logits
     voxels: VoxelSettings
-    precision: Literal["float32", "bfloat16"]
-    device: str
+    precision: Literal["float32", "bfloat16"] = "float32"
+    device: str = "cpu"
 
     def scores(self, network: Network, train: np.ndarray, validation: np.ndarray) -> tuple[Scores, np.ndarray]:
         """What is reached on both sets of views, and the categories found of the validation views."""
@@ -73,9 +73,16 @@ class Evaluator:
         np.add.at(counts, (self.views.categories[rows], found), 1)
         return tuple(tuple(int(n) for n in row) for row in counts)
 
+    @torch.inference_mode()
     def predict(self, network: Network, rows: np.ndarray) -> np.ndarray:
-        """Logits (V, C) float64 of the chosen views, by their shape alone."""
-        return predict(network, self.views, rows, self.voxels, self.precision, self.device)
+        """Logits (V, C) float64 of the chosen views, not augmented, by their shape alone."""
+        network.eval()
+        found = []
+        for batch in np.array_split(rows, -(-len(rows) // _BATCH)) if len(rows) else []:
+            with torch.autocast(torch.device(self.device).type, torch.bfloat16, self.precision == "bfloat16"):
+                logits, _ = network(voxel_grids(self.views.clouds(batch, self.device), self.voxels))
+            found.append(logits.double().cpu().numpy())
+        return np.concatenate(found) if found else np.empty((0, len(self.views.names)))
 
     def measure(self, network: Network, rows: np.ndarray, calibration: Calibration) -> dict[str, float]:
         """Loss and accuracy before calibration, which leaves the accuracy as it is, and the loss after it."""
@@ -83,24 +90,6 @@ class Evaluator:
         loss, accuracy, _ = _score(joint, self.views.categories[rows])
         calibrated_loss, *_ = _score(log_probabilities(joint, calibration), self.views.categories[rows])
         return {"views": len(rows), "loss": loss, "accuracy": accuracy, "calibrated_loss": calibrated_loss}
-
-
-@torch.inference_mode()
-def predict(
-    network: Network,
-    views: LabelledViews,
-    rows: np.ndarray,
-    voxels: VoxelSettings,
-    precision: Literal["float32", "bfloat16"] = "float32",
-    device: str = "cpu",
-) -> np.ndarray:
-    """Logits (V, C) float64 of the chosen views, unvaried."""
-    network.eval()
-    found = []
-    for batch in np.array_split(rows, -(-len(rows) // _BATCH)) if len(rows) else []:
-        with torch.autocast(torch.device(device).type, torch.bfloat16, precision == "bfloat16"):
-            found.append(network(voxel_grids(views.clouds(batch, device), voxels))[0].double().cpu().numpy())
-    return np.concatenate(found) if found else np.empty((0, len(views.names)))
 
 
 def _score(logits: np.ndarray, categories: np.ndarray) -> tuple[float, float, np.ndarray]:

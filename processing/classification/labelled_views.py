@@ -54,7 +54,7 @@ class LabelledViews:
     @property
     def fingerprint(self) -> str:
         """A hash of the points, their sizes and what they are called: of what data a model was trained on."""
-        digest = hashlib.sha256(memoryview(self.points).cast("B"))
+        digest = hashlib.sha256(self.points.data.cast("B"))
         for numbers in (self.starts, self.weights, self.radii, self.up, self.turns):
             digest.update(numbers.tobytes())
         for words in (self.names, self.categories.tolist(), self.units.tolist()):

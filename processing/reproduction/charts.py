@@ -1,6 +1,7 @@
 """Figures with matplotlib, readable in black and white: hatches and line styles tell apart what colours do."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -95,7 +96,7 @@ def draw_stacks(axes: Axes, groups: Mapping[str, Mapping[str, tuple[float, float
         width = 0.8 / len(methods)
         for i, (method, (registration, removal)) in enumerate(methods.items()):
             x = place + (i - (len(methods) - 1) / 2) * width
-            style = {"edgecolor": "white", "linewidth": 0.5, "width": 0.95 * width}
+            style: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.5, "width": 0.95 * width}
             named = f"{method}: registration" if not place else None
             axes.bar(x, registration, color=COLORS[i], hatch=HATCHES[i], label=named, **style)
             last = i == len(methods) - 1 and not place

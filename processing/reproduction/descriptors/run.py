@@ -165,6 +165,7 @@ def learn_once(task: Learning) -> dict[str, Any]:
         views = _gather(task.known, views.names)
         rows = Split(np.arange(len(views)), np.arange(len(views)), np.empty(0, np.int64))
     *_, model = train(views, rows, settings, seed=task.seed, device=task.device)
+    assert isinstance(model, files.Checkpoint)
     clouds = task.tested.load()
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.pt"

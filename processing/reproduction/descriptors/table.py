@@ -1,4 +1,4 @@
-"""Table 5.3: the network from four initializations against four descriptors, by accuracy and by seconds."""
+"""Table 5.3: the network from four initialisations against four descriptors, by accuracy and by seconds."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -76,7 +76,9 @@ def _tabulate(networks: Runs, matched: Runs) -> list[Row]:
     ]
     for name, runs in matched.items():
         accuracy, seconds = _BY_NAME.get(name, (None, None))
-        rows.append(_row(name, runs, runs, str(runs[0]["tested"]), accuracy, seconds and str(seconds)))
+        rows.append(
+            _row(name, runs, runs, str(runs[0]["tested"]), accuracy, seconds if seconds is None else str(seconds))
+        )
     return rows
 
 

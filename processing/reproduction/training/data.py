@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -53,7 +53,7 @@ def provide(plan: Plan) -> Data:
 def save(views: LabelledViews, path: Path, source: str) -> None:
     """Write views, whole or not at all, with a word on where they are from. Raises UnwritableOutput."""
     content = io.BytesIO()
-    columns = {f.name: np.asarray(getattr(views, f.name)) for f in fields(views)}
+    columns: dict[str, Any] = {f.name: np.asarray(getattr(views, f.name)) for f in fields(views)}
     np.savez(content, source=source, fingerprint=views.fingerprint, **columns)
     write_whole(path, content.getvalue())
 
@@ -91,7 +91,7 @@ def _find_circles(dataset: Path) -> list[Session]:
     if not dataset.is_dir():
         raise InvalidOption(dataset, "no such folder", "name the Washington dataset's folder of point clouds")
     found = [s for s in washington.sessions(dataset, CaptureOptions()) if s.info.category in corpus.INSTANCES]
-    categories: Iterable[str] = {session.info.category for session in found}
+    categories = {session.info.category for session in found}
     if missing := [name for name in corpus.INSTANCES if name not in categories]:
         raise InvalidOption(dataset, f"holds no {missing[0]}", "name the Washington dataset's folder of point clouds")
     return found

@@ -1,4 +1,4 @@
-"""Table 5.4 and figures 5.1 and 5.2: four initializations of the best structure, trained alike."""
+"""Table 5.4 and figures 5.1 and 5.2: four initialisations of the best structure, trained alike."""
 
 from typing import Any
 
@@ -21,9 +21,9 @@ Runs = dict[str, list[dict[str, Any]]]
 
 
 def run_all(plan: Plan) -> Runs:
-    """The runs of each initialization, in the order of the plan's seeds."""
+    """The runs of each initialisation, in the order of the plan's seeds."""
     changes = [{"init": init} for init in NAMES]
-    return dict(zip(NAMES, run_trainings(plan, changes, "Training from four initializations"), strict=True))
+    return dict(zip(NAMES, run_trainings(plan, changes, "Training from four initialisations"), strict=True))
 
 
 def tabulate(plan: Plan) -> Report:
@@ -31,7 +31,7 @@ def tabulate(plan: Plan) -> Report:
     runs = run_all(plan)
     rows: list[Row] = [
         {
-            "initialization": NAMES[init],
+            "initialisation": NAMES[init],
             "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
             "thesis_accuracy_percent": THESIS[init][0],
             "loss": np.mean(column(found, "loss")).item(),
@@ -51,7 +51,7 @@ def tabulate(plan: Plan) -> Report:
     }
     charts.draw_bars(axes, list(NAMES.values()), series, "mean of the runs [nats]")
     charts.legend_below(figure, axes)
-    return Report("table-5.4", "Four initializations", rows, claims=_claim(runs), figures={"table-5.4": figure})
+    return Report("table-5.4", "Four initialisations", rows, claims=_claim(runs), figures={"table-5.4": figure})
 
 
 def draw_boxes(plan: Plan) -> Report:
@@ -60,8 +60,8 @@ def draw_boxes(plan: Plan) -> Report:
     figure = draw_run_boxes(runs, width=9)
     return Report(
         "figure-5.1",
-        "Four initializations: the runs",
-        tabulate_runs(runs, "initialization"),
+        "Four initialisations: the runs",
+        tabulate_runs(runs, "initialisation"),
         said=[_describe_spread(runs)],
         figures={"figure-5.1": figure},
     )
@@ -70,11 +70,11 @@ def draw_boxes(plan: Plan) -> Report:
 def draw_curves(plan: Plan) -> Report:
     """Figure 5.2: the same while they are trained."""
     runs = {NAMES[init]: found for init, found in run_all(plan).items()}
-    rows = tabulate_curves(runs, "initialization")
+    rows = tabulate_curves(runs, "initialisation")
     figure = draw_run_curves(runs)
     return Report(
         "figure-5.2",
-        "Four initializations: the training",
+        "Four initialisations: the training",
         rows,
         said=[describe_starts(runs)],
         figures={"figure-5.2": figure},
@@ -118,7 +118,7 @@ def describe_starts(runs: Runs) -> str:
 
 
 def _claim(runs: Runs) -> list[Claim]:
-    """The thesis's order, step by step: each initialization against Glorot's, and PCA against the others."""
+    """The thesis's order, step by step: each initialisation against Glorot's, and PCA against the others."""
     glorot = runs["glorot"]
     accuracy = {init: column(found, "accuracy", 100) for init, found in runs.items()}
     claims = [
@@ -142,11 +142,11 @@ def _claim(runs: Runs) -> list[Claim]:
 
 
 def _describe_spread(runs: Runs) -> str:
-    """How far single runs are apart, beside the means of the initializations."""
+    """How far single runs are apart, beside the means of the initialisations."""
     spread = {name: np.ptp(column(found, "accuracy", 100)) for name, found in runs.items()}
     widest = max(spread, key=spread.__getitem__)
     return (
         f"From run to run the accuracy differs by up to {spread[widest]:.1f} points ({widest}); "
-        f"the means of the initializations differ by "
+        f"the means of the initialisations differ by "
         f"{np.ptp([np.mean(column(found, 'accuracy', 100)) for found in runs.values()]):.1f} points."
     )

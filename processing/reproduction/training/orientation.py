@@ -21,7 +21,7 @@ def run_all(plan: Plan) -> dict[str, list[dict[str, Any]]]:
     """The runs without and with the orientation head. Raises InvalidOption where no view's place on a turn is known."""
     if np.isnan(data.load(data.provide(plan)).turns).all():
         problem = "does not say where a turn ends, so the side that is seen is not known"
-        raise InvalidOption(plan.dataset, problem, "leave --dataset out for figures 5.3 to 5.5")
+        raise InvalidOption(plan.dataset or "the virtual corpus", problem, "leave --dataset out for figures 5.3 to 5.5")
     changes = [{"epochs": EPOCHS, "orientation": head} for head in (False, True)]
     found = run_trainings(plan, changes, "Training without and with the orientation")
     return dict(zip((WITHOUT, WITH), found, strict=True))

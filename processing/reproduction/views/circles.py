@@ -22,7 +22,7 @@ def open_instances(plan: Plan) -> dict[str, list[Session]]:
         sessions = data.open_circles(plan)
     found: dict[str, dict[str, Session]] = {category: {} for category in corpus.INSTANCES}
     for session in sorted(sessions, key=lambda session: session.info.elevation_deg or 0.0):
-        found[session.info.category].setdefault(session.info.instance, session)
+        found[str(session.info.category)].setdefault(str(session.info.instance), session)
     return {category: [instances[i] for i in sorted(instances, key=int)] for category, instances in found.items()}
 
 

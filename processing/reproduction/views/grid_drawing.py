@@ -30,13 +30,13 @@ def draw_grid(axes: Axes, grid: np.ndarray, norm: LogNorm | None = None, inches:
     corners, values, across = _visible_faces(grid, toward)
     flat = np.stack([corners @ right, corners @ up], axis=-1) - (div / 2) * np.array([right.sum(), up.sum()])
     line = min(0.3, 0.045 * inches * 72 / (2 * _REACH * div))
-    faces = PolyCollection(flat, edgecolors="0.25", linewidths=line, rasterized=True, zorder=2)
+    faces = PolyCollection(list(flat), edgecolors="0.25", linewidths=line, rasterized=True, zorder=2)
     if norm is None:
-        faces.set_facecolor(np.array(_SHADES)[across, None].repeat(3, axis=1))
+        faces.set_facecolor([(_SHADES[axis],) * 3 for axis in across])
     else:
         faces.set(array=values, cmap=count_colors(), norm=norm)
     lines = [[(line - div / 2) @ right, (line - div / 2) @ up] for line in _far_edges(div, toward)]
-    axes.add_collection(LineCollection(np.swapaxes(lines, 1, 2), colors="0.6", linewidths=0.6, zorder=1))
+    axes.add_collection(LineCollection(list(np.swapaxes(lines, 1, 2)), colors="0.6", linewidths=0.6, zorder=1))
     axes.add_collection(faces)
     reach = (-_REACH * div, _REACH * div)
     axes.set(xlim=reach, ylim=reach, xticks=[], yticks=[], aspect="equal")
@@ -47,7 +47,7 @@ def draw_grid(axes: Axes, grid: np.ndarray, norm: LogNorm | None = None, inches:
 def draw_count_bar(figure: Figure, axes: Axes | np.ndarray, faces: PolyCollection) -> None:
     """Beside the axes, which colour is how many points."""
     single = isinstance(axes, Axes)
-    most = faces.norm.vmax
+    _, most = faces.get_clim()
     ticks = [t for power in (1, 10, 100, 1000) for t in (power, 2 * power, 5 * power) if t <= most]
     bar = figure.colorbar(faces, ax=axes, shrink=0.75 if single else 0.4, aspect=20 if single else 40, pad=0.02)
     bar.set_ticks(ticks, labels=[str(t) for t in ticks])
