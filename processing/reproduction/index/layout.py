@@ -12,6 +12,7 @@ from orbitscan.processing.reproduction.index.columns import name_column
 from orbitscan.processing.reproduction.index.study import Curve, StudyReview, collect_claims
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.entities import entity_path
+from orbitscan.processing.review.stream import make_blueprint
 
 SHARED_TIMELINE = "step_or_view"  # the viewer plots over one timeline at a time: here all curves are on it
 _EYE = np.array([0.8, 0.8, 0.7])  # from an object's centre, in its sizes
@@ -23,13 +24,9 @@ def lay_out(groups: Mapping[str, Sequence[StudyReview]]) -> rrb.Blueprint:
     tabs = [rrb.Tabs(*map(_view_study, group), name=name) for name, group in groups.items() if group]
     studies = [study for group in groups.values() for study in group]
     curves = any(study.curves for study in studies)
-    return rrb.Blueprint(
+    return make_blueprint(
         rrb.Tabs(_view_summary(studies), *tabs, active_tab=0),
         rrb.TimePanel(state="collapsed", timeline=SHARED_TIMELINE) if curves else rrb.TimePanel(state="hidden"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
     )
 
 

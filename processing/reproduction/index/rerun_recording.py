@@ -13,7 +13,7 @@ from orbitscan.processing.reproduction.index.study import StudyReview, collect_c
 from orbitscan.processing.reproduction.report import SavedReport
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.entities import entity_path
-from orbitscan.processing.review.stream import whole_recording
+from orbitscan.processing.review.stream import make_document, whole_recording
 
 _LARGEST = 64 << 20  # bytes of the whole
 _MODEL_POINTS = 20_000
@@ -59,9 +59,9 @@ def list_claims(studies: Sequence[StudyReview], verdict: Verdict) -> str:
 
 def _summarize(studies: Sequence[StudyReview], run: str) -> Iterator[tuple[str, rr.AsComponents]]:
     counts = count_verdicts(claim for study in studies for claim in study.report.claims)
-    yield "/summary/run", _document(f"# {conclude(counts)}\n\n{run}")
+    yield "/summary/run", make_document(f"# {conclude(counts)}\n\n{run}")
     for verdict in Verdict:
-        yield entity_path("summary", "lists", verdict), _document(list_claims(studies, verdict))
+        yield entity_path("summary", "lists", verdict), make_document(list_claims(studies, verdict))
     for name, drawing in draw_claims(collect_claims(studies)).items():
         yield entity_path("summary", "claims", name), drawing
 
@@ -69,8 +69,8 @@ def _summarize(studies: Sequence[StudyReview], run: str) -> Iterator[tuple[str, 
 def _log_study(stream: rr.RecordingStream, study: StudyReview) -> None:
     said = [*study.report.said, *map(_write_claim, study.report.claims)]
     words = "\n".join([f"## {study.name}: {study.report.title}", "", *(f"- {line}" for line in said)])
-    stream.log(f"{study.origin}/words", _document(words), static=True)
-    stream.log(f"{study.origin}/numbers", _document(tabulate_rows(study.report)), static=True)
+    stream.log(f"{study.origin}/words", make_document(words), static=True)
+    stream.log(f"{study.origin}/numbers", make_document(tabulate_rows(study.report)), static=True)
     for name, png in study.figures.items():
         stream.log(study.figure_path(name), rr.EncodedImage(contents=png, media_type="image/png"), static=True)
     for thing, models in study.models.items():
@@ -98,7 +98,3 @@ def _color_lines(lines: Sequence[str]) -> dict[str, entities.Color]:
 def _write_claim(claim: Claim) -> str:
     """A claim as Markdown, its verdict in bold and first."""
     return f"**{claim.verdict.capitalize()}**: {claim.text}" + (f" ({claim.evidence})" if claim.evidence else "")
-
-
-def _document(markdown: str) -> rr.TextDocument:
-    return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)
