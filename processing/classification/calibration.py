@@ -22,7 +22,7 @@ _RADII = 1e-9, 1e9  # [m] whose logarithm is taken; a view of one point, or of g
 
 
 def joint_logits(logits: np.ndarray, radii: np.ndarray, calibration: Calibration) -> np.ndarray:
-    """Logits (V, C) of shape and size together; radii (V,) [m]."""
+    """Logits (V, C) of shape and size together, from those of the shape (V, C) and the radii (V,) [m]."""
     if not calibration.size_means:
         return logits
     means, deviations = np.array(calibration.size_means), np.array(calibration.size_deviations)
@@ -31,12 +31,12 @@ def joint_logits(logits: np.ndarray, radii: np.ndarray, calibration: Calibration
 
 
 def log_probabilities(joint: np.ndarray, calibration: Calibration) -> np.ndarray:
-    """Calibrated log probabilities (V, C)."""
+    """Calibrated log probabilities (V, C) from joint logits (V, C)."""
     return log_softmax(joint / calibration.temperature, axis=1)
 
 
 def open_set_scores(joint: np.ndarray) -> np.ndarray:
-    """How well the categories explain each view (V,): higher is more surely known."""
+    """How well the categories explain each view (V,), from joint logits (V, C): higher is more surely known."""
     return logsumexp(joint, axis=1)
 
 
@@ -55,7 +55,7 @@ def calibrate(
     sizes: Sizes,
     seed: int = 0,
 ) -> Calibration:
-    """Temperature (Guo et al., ICML 2017) and thresholds that keep KEPT of the known validation views and sessions.
+    """A temperature (Guo et al., ICML 2017), and thresholds that keep KEPT of the known validation views and sessions.
 
     Logits (V, C), radii (V,) [m], true categories (V,) and recordings (V,) of validation views.
     """

@@ -60,7 +60,7 @@ class Evaluator:
     device: str = "cpu"
 
     def scores(self, network: Network, train: np.ndarray, validation: np.ndarray) -> tuple[Scores, np.ndarray]:
-        """What is reached on both sets of views, and the categories found of the validation views."""
+        """The scores on the two sets of rows, and the category that is found for each validation view."""
         (loss, accuracy, _), (held_loss, held_accuracy, found) = (
             _score(self.predict(network, rows) + self.of_size[rows], self.views.categories[rows])
             for rows in (train, validation)
@@ -85,7 +85,7 @@ class Evaluator:
         return np.concatenate(found) if found else np.empty((0, len(self.views.names)))
 
     def measure(self, network: Network, rows: np.ndarray, calibration: Calibration) -> dict[str, float]:
-        """Loss and accuracy before calibration, which leaves the accuracy as it is, and the loss after it."""
+        """Loss and accuracy of the chosen views, and the loss after calibration, which leaves the accuracy as it is."""
         joint = joint_logits(self.predict(network, rows), self.views.radii[rows], calibration)
         loss, accuracy, _ = _score(joint, self.views.categories[rows])
         calibrated_loss, *_ = _score(log_probabilities(joint, calibration), self.views.categories[rows])
@@ -93,7 +93,7 @@ class Evaluator:
 
 
 def _score(logits: np.ndarray, categories: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Cross-entropy, accuracy and the categories found."""
+    """The cross-entropy [nats], the accuracy and the categories found, from logits (V, C) and categories (V,)."""
     loss = functional.cross_entropy(torch.from_numpy(logits), torch.from_numpy(categories))
     found = logits.argmax(axis=1)
     return float(loss), float((found == categories).mean()), found

@@ -88,7 +88,7 @@ class Network(nn.Module):
 
 
 def glorot(module: nn.Module) -> None:
-    """Glorot's uniform weights and no bias, in place (the thesis's random initialisation)."""
+    """Give a layer Glorot's uniform weights and no bias, in place (the thesis's random initialisation)."""
     if isinstance(module, nn.Conv3d | nn.Linear):
         nn.init.xavier_uniform_(module.weight)
         if module.bias is not None:

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import torch
 from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveInt
-from torch.nn import functional
 
 from orbitscan.processing.classification import checkpoint as files
 from orbitscan.processing.classification.augmentation import AugmentationSettings, augment
@@ -22,6 +21,7 @@ from orbitscan.processing.classification.checkpoint import Calibration, Checkpoi
 from orbitscan.processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
 from orbitscan.processing.classification.initialization import Init, initialize
 from orbitscan.processing.classification.labelled_views import LabelledViews, Split
+from orbitscan.processing.classification.losses import classification_loss, orientation_labels, orientation_loss
 from orbitscan.processing.classification.network import BODY, DROPOUT, Network
 from orbitscan.processing.classification.voxels import VoxelSettings, voxel_grids
 from orbitscan.recorder.exceptions import InvalidOption
@@ -84,7 +84,7 @@ def train(
     state: Path | None = None,
     curve: int = 0,
 ) -> Iterator[StepRecord | EpochRecord | Checkpoint]:
-    """An EpochRecord after each epoch, then the trained Checkpoint; `curve` StepRecords in every epoch.
+    """Train a network: an EpochRecord after each epoch with `curve` StepRecords in it, and at last the Checkpoint.
 
     Views of category -1 teach what is none of the categories. `state` is a file for what is reached after each epoch:
     begun again with the same data, settings and seed, training goes on from there (its records come first) and ends
@@ -168,7 +168,7 @@ class _Course:
 def _train_epoch(
     course: _Course, epoch: int, seen: np.ndarray, held: np.ndarray, curve: int
 ) -> Generator[StepRecord, None, float]:
-    """Train the network for one epoch; the views trained on in a second.
+    """Train the network for one epoch, and return how many views it was trained on in a second.
 
     After each of `curve` batches, evenly spread, a StepRecord measured on the rows `seen` and `held` is yielded.
     """
@@ -234,37 +234,10 @@ def _finish(course: _Course, structure: str, sizes: Sizes, held: np.ndarray, tes
     )
 
 
-def classification_loss(logits: torch.Tensor, categories: np.ndarray, open_set: bool) -> torch.Tensor:
-    """Mean categorical cross-entropy of logits (B, C); category -1 is none of them.
-
-    With `open_set` that is a category of its own whose logit is always 0, so that a view of something else learns to
-    have low logits everywhere.
-    """
-    targets = torch.from_numpy(categories).to(logits.device)
-    if open_set:
-        logits = functional.pad(logits, (0, 1))
-        targets = torch.where(targets < 0, logits.shape[1] - 1, targets)
-    return functional.cross_entropy(logits, targets)
-
-
-def orientation_labels(views: LabelledViews, rows: np.ndarray, runs: tuple[int, ...]) -> np.ndarray:
-    """The run of the circle each view lies in, floor(i m / n) (thesis 3.2.4); -1 where the circle is not known."""
-    m = np.array([*runs, 1])[views.categories[rows]]
-    turns = views.turns[rows]
-    run = np.floor(np.nan_to_num(turns) * m + 1e-9).astype(np.int64) % m  # a circle may cover more than one turn
-    return np.where(np.isnan(turns) | (views.categories[rows] < 0), -1, run)
-
-
-def orientation_loss(logits: torch.Tensor, labels: np.ndarray) -> torch.Tensor:
-    """Cross-entropy of the side that is seen, per view of the batch; a view without label adds nothing."""
-    targets = torch.from_numpy(labels).to(logits.device)
-    return functional.cross_entropy(logits, targets, ignore_index=-1, reduction="sum") / len(labels)
-
-
 def _resume(
     state: Path | None, key: dict[str, Any], network: Network, optimizer: torch.optim.Optimizer
 ) -> list[EpochRecord]:
-    """The epochs a file holds of this very training, its weights loaded; none where it is of another, or absent."""
+    """The records of this very training in a file, whose weights are loaded; none where it is absent or of another."""
     if state is None or not state.is_file():
         return []
     try:
@@ -280,7 +253,7 @@ def _resume(
 
 
 def _divide(views: LabelledViews, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The rows of known category, and those of other things."""
+    """The rows whose category is known, and those of other things."""
     is_known = views.categories[rows] >= 0
     return rows[is_known], rows[~is_known]
 

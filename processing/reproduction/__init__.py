@@ -29,6 +29,6 @@ STUDIES = {  # as the command names them, in the thesis's order -> the module an
 
 
 def find(name: str) -> Callable:
-    """The function of a study: a Plan in, a Report out."""
+    """The function of a study by its name: it takes a Plan and returns a Report."""
     module, _, function = STUDIES[name].rpartition(".")
     return getattr(import_module(f"orbitscan.processing.reproduction.{module}"), function)

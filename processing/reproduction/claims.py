@@ -35,7 +35,7 @@ class Claim:
 
     @property
     def evidence(self) -> str:
-        """The numbers in words, as they stand between brackets."""
+        """The numbers behind the verdict, in words that stand between brackets."""
         if self.difference is None:
             return self.missing
         difference = f"difference {self.difference:+.3g} {self.unit}"

@@ -37,7 +37,7 @@ class AutoencoderSettings:
 
 
 def mirror(structure: str = BODY, code: int = 10) -> str:
-    """The auto-encoder's shorthand for a classifier's: its convolutions and poolings, FC(code), and the way back.
+    """The shorthand of an auto-encoder: a classifier's convolutions and poolings, FC(code), and the way back.
 
     UP(s) undoes a pooling by s and a stride of s; the last convolution has the grid's one channel (the thesis prints
     32). The classifier's dense layers are left out. Raises InvalidOption for a structure without convolutions.
@@ -85,7 +85,7 @@ class Autoencoder(nn.Module):
         self.to(memory_format=torch.channels_last_3d)  # type: ignore[call-overload]  # torch's stubs lack it
 
     def forward(self, grids: torch.Tensor) -> torch.Tensor:
-        """What the loss compares with the clean grids, (B, 1, div, div, div), of grids of the same shape."""
+        """The output that the loss compares with the clean grids, from noised grids; both are (B, 1, div, div, div)."""
         restored = self.decoder(self.encoder(grids.contiguous(memory_format=torch.channels_last_3d)))
         shown = slice(self.div)  # a side that a stride does not divide came back longer
         return restored[..., shown, shown, shown]
@@ -132,7 +132,7 @@ def pretrain(
 
 
 def add_noise(grids: torch.Tensor, settings: AutoencoderSettings, generator: torch.Generator) -> torch.Tensor:
-    """Noised copies of grids (B, 1, div, div, div)."""
+    """Copies of grids (B, 1, div, div, div) with noise in them."""
     over = (1, 2, 3, 4)
     occupied = grids > 0
     share = occupied.float().mean(over, keepdim=True)
@@ -146,7 +146,7 @@ def add_noise(grids: torch.Tensor, settings: AutoencoderSettings, generator: tor
 
 
 def measure_loss(output: torch.Tensor, grids: torch.Tensor, settings: AutoencoderSettings) -> torch.Tensor:
-    """How far the output is from the clean grids, the mean over all voxels."""
+    """The loss of an output against the clean grids, both (B, 1, div, div, div): the mean over all voxels."""
     if settings.loss == "mse":
         return functional.mse_loss(output, grids)
     if settings.loss == "occupancy":

@@ -40,7 +40,7 @@ class Whitening:
     kept: int  # directions that are not mapped to zero
 
     def apply(self, patches: np.ndarray) -> np.ndarray:
-        """The whitened patches (P, d)."""
+        """Patches (P, d), whitened."""
         return (patches - self.mean) @ self.matrix.T
 
 
@@ -88,7 +88,7 @@ def first_filters(
 def collect(
     views: Sequence[np.ndarray], kernel: int, voxels: VoxelSettings, settings: KMeansSettings, seed: int
 ) -> np.ndarray:
-    """Normalised patches (P, k^3) of the views (N_i, 3), taken in random order, at most `at_most`."""
+    """Normalized patches (P, k^3) of the views (N_i, 3), taken in random order, at most `at_most`."""
     found = [np.empty((0, kernel**3))]
     count = 0
     for number in np.random.default_rng(seed).permutation(len(views)):
@@ -101,7 +101,7 @@ def collect(
 
 
 def patches(points: np.ndarray, grid: np.ndarray, kernel: int, settings: KeypointSettings) -> np.ndarray:
-    """Normalised patches (P, k^3) of the grid (div, div, div) about the keypoints of its points (N, 3) [m]."""
+    """Normalized patches (P, k^3) of the grid (div, div, div) about the keypoints of its points (N, 3) [m]."""
     clouds = pack([points])
     div, radius = len(grid), float(bounding_spheres(clouds)[1])
     unit = max(2 * radius / div, cloud.measure(points).resolution)
@@ -120,7 +120,7 @@ def cut(grid: np.ndarray, voxels: np.ndarray, kernel: int) -> np.ndarray:
 
 
 def normalize(patches: np.ndarray) -> np.ndarray:
-    """Each patch (P, d) less its mean, over its standard deviation (local intensity); constant ones are left out."""
+    """Patches (P, d) of mean 0 and standard deviation 1 (local intensity); constant ones are left out."""
     patches = patches[np.ptp(patches, axis=1) > 0]
     return (patches - patches.mean(axis=1, keepdims=True)) / patches.std(axis=1, keepdims=True)
 

@@ -22,7 +22,7 @@ class UpsampledConvolution(nn.Conv3d):
         self.register_buffer("sums", sums, persistent=False)
 
     def forward(self, volume: torch.Tensor) -> torch.Tensor:
-        """Volumes (B, filters, factor L, factor L, factor L) of volumes (B, channels, L, L, L)."""
+        """The upsampled and convolved volumes (B, filters, factor L, ...) of volumes (B, channels, L, L, L)."""
         n, c, s, taps, length = self.out_channels, self.in_channels, self.factor, 2 * self.reach + 1, volume.shape[-1]
         weight = torch.einsum("ncxyz,pax,qby,rdz->npqrcabd", self.weight, self.sums, self.sums, self.sums)
         weight = weight.reshape(n * s**3, c, taps, taps, taps).contiguous(memory_format=torch.channels_last_3d)

@@ -33,7 +33,7 @@ _STAR = {"linestyle": "", "marker": "*", "markersize": 10, "color": "black", "ma
 
 
 def compare_descriptors(plan: Plan) -> Report:
-    """Accuracy and seconds of each way to name a view."""
+    """Table 5.3: accuracy and seconds of the network and of each descriptor."""
     networks = {NAMES[init]: runs for init, runs in initializations.run_all(plan).items()}
     matched = _match_all(plan)
     rows = _tabulate(networks, matched)
@@ -105,7 +105,7 @@ def _row(
 
 
 def _describe(matched: Runs) -> str:
-    """What each classifier had to know and to name."""
+    """Which views each classifier knew and named, in words."""
     network, tested = matched[SAME][0], matched[SAME][0]["tested"]
     few = matched["SHOT"][0]["known"]
     scaled = "" if tested == TESTED else f"; the seconds are scaled to {TESTED}"
@@ -119,7 +119,7 @@ def _describe(matched: Runs) -> str:
 
 
 def _claim(networks: Runs, matched: Runs) -> list[Claim]:
-    """The thesis's orders, step by step, by accuracy and by seconds, and what our controls say of it."""
+    """The thesis's orders by accuracy and by seconds, each step a claim, and our controls."""
     accuracy = {name: column(runs, "accuracy", 100) for name, runs in (networks | matched).items()}
     seconds = {name: _scale(runs) for name, runs in matched.items()}
     order, slowest = (sorted(_BY_NAME, key=lambda name: -_BY_NAME[name][i]) for i in (0, 1))

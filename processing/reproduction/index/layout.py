@@ -20,7 +20,7 @@ _WIDE = 1.7  # width to height of a figure below which its words stand, not besi
 
 
 def lay_out(groups: Mapping[str, Sequence[StudyReview]]) -> rrb.Blueprint:
-    """The claims in the first tab, then a tab for each group, with one for each study."""
+    """The blueprint: a tab for the claims, then one for each group, with a tab for each of its studies."""
     tabs = [rrb.Tabs(*map(_view_study, group), name=name) for name, group in groups.items() if group]
     studies = [study for group in groups.values() for study in group]
     curves = any(study.curves for study in studies)

@@ -50,7 +50,7 @@ def render_page(studies: Sequence[SavedReport], missing: Sequence[str], folder: 
 
 
 def state_facts(studies: Sequence[SavedReport]) -> dict[str, list[tuple[str, str]]]:
-    """What was run: each fact in words, with the studies of which it holds; '' for all, or all others."""
+    """What was run: each fact in words, with the studies for which it holds; '' stands for all, or all others."""
     commands = list(dict.fromkeys(shorten_command(study.command) for study in studies))
     command = commands[0] if len(commands) == 1 else f"{len(commands)} of them, each beside its numbers"
     return {"Command": [(command, "")]} | {words: _state_fact(studies, key) for key, words in _FACTS.items()}

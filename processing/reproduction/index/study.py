@@ -19,7 +19,7 @@ _LINES = "method"  # the label that tells lines apart, where a study has several
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity as it goes on."""
+    """A quantity over steps of a training or over views."""
 
     plot: str  # of which it is a line: an object's name; '' where all lines are in one plot
     quantity: str  # as the column is named, with its unit
@@ -31,7 +31,7 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class StudyReview:
-    """A study as it is shown."""
+    """A study with what its recording shows of it."""
 
     report: SavedReport
     figures: Mapping[str, bytes] = field(default_factory=dict)  # PNG, by name
@@ -40,29 +40,29 @@ class StudyReview:
 
     @property
     def name(self) -> str:
-        """As the command names it."""
+        """The study's name, as the command has it."""
         return self.report.name
 
     @property
     def origin(self) -> str:
-        """The entity that all of it is below."""
+        """The entity below which all of the study is logged."""
         return entity_path("studies", self.name)
 
     @property
     def curves(self) -> list[Curve]:
-        """Of its frames or else its rows."""
+        """The curves of its frames, or else of its rows."""
         return find_curves(self.frames or self.report.rows)
 
     def figure_path(self, name: str) -> str:
-        """The entity of a figure."""
+        """The entity of a figure, by its name."""
         return entity_path("studies", self.name, "figures", name)
 
     def model_path(self, thing: str, method: str) -> str:
-        """The entity of a model."""
+        """The entity of the model of a thing by a method."""
         return entity_path("studies", self.name, "models", thing, method)
 
     def plot_path(self, plot: str, quantity: str) -> str:
-        """The entity that the lines of a plot are below, as they are named."""
+        """The entity below which the lines of a plot are logged, each by its name."""
         return entity_path("studies", self.name, "curves", plot or "all", quantity)
 
 
@@ -72,7 +72,7 @@ def collect_claims(studies: Sequence[StudyReview]) -> dict[str, list[Claim]]:
 
 
 def find_timeline(rows: Sequence[Mapping[str, Any]]) -> str | None:
-    """The column of the rows that counts steps or views; None where nothing goes on along one."""
+    """The column that counts steps or views; None where no quantity changes along one."""
     return next((name for name in TIMELINES if rows and name in rows[0] and _name_quantities(rows, name)), None)
 
 

@@ -39,7 +39,7 @@ def read_studies(folder: Path) -> list[SavedReport]:
 
 
 def _group(studies: list[SavedReport], folder: Path) -> dict[str, list[StudyReview]]:
-    """The studies with what is drawn of them, by what they are about."""
+    """The studies with what their recording shows of them, by group."""
     groups: dict[str, list[StudyReview]] = {}
     for study in studies:
         module = STUDIES[study.name].split(".")[0]

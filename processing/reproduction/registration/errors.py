@@ -88,7 +88,7 @@ def tabulate_errors(runs: Sequence[Run]) -> list[Row]:
 
 
 def draw_errors(runs: Sequence[Run]) -> charts.Figure:
-    """Both errors of every frame, a column for each object; of several runs their mean and range."""
+    """A figure of both errors of every frame, a column for each object: the mean and the range of the runs."""
     figure, rows = charts.new_figure(2, len(OBJECTS), width=13, height=5.2)
     for line, (key, (name, unit, factor)) in zip(rows, ERRORS.items(), strict=True):
         for axes, what in zip(line, OBJECTS, strict=True):
@@ -132,7 +132,7 @@ def claim_each_object(runs: Sequence[Run]) -> list[Claim]:
 
 
 def describe_gate(*parts: Sequence[Run]) -> str:
-    """What the comparison depends on that the thesis does not give, and how near the two methods end."""
+    """In words: our gate of ICP, which the thesis does not give, and how near the two methods end."""
     said = []
     for runs in parts:
         apart, views = 0, 0
@@ -149,7 +149,7 @@ def describe_gate(*parts: Sequence[Run]) -> str:
 
 
 def describe_methods(runs: Sequence[Run]) -> str:
-    """The largest rotation error of each method, and its views that are not ok."""
+    """In words: the largest rotation error of each method, and how many of its views are not ok."""
     found = {method: [run for run in runs if run.method == method] for method in METHODS}
     worst = {
         method: max((error for run in of_method for error in run.errors("rotation_error_chordal")), default=np.nan)

@@ -42,7 +42,7 @@ _FADE = 0.45  # how much the farthest point is lighter than the nearest
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A model in its object's frame."""
+    """A model in the frame of its object, and how far it is off."""
 
     run: Run
     points: np.ndarray  # (N, 3) [m]
@@ -68,7 +68,7 @@ def show_models(plan: Plan) -> Report:
 
 
 def _place(plan: Plan, run: Run) -> Placed:
-    """A model moved from the first camera's frame to the object's: the truth serves to look at it and to judge it."""
+    """Build the model of a run, and move it to the object's frame: the truth serves to look at it and to judge it."""
     recording = mcap_file.read(plan.folder / "circles" / f"{run.circle.name}.mcap")
     digest = hashlib.sha256(json.dumps(run.key, sort_keys=True).encode()).hexdigest()
     path = plan.folder / "models" / f"{run.circle.name}-{run.method}-{digest[:12]}.ply"
@@ -80,7 +80,7 @@ def _place(plan: Plan, run: Run) -> Placed:
 
 
 def _build(recording: Session, run: Run, path: Path) -> None:
-    """Merge all views that have an estimate, as the thesis does; a results folder's model has those that are ok."""
+    """Write the model of all views that have an estimate, as in the thesis; `process` takes those that are ok."""
     settings, views = Settings(), recording.views()
     model = build_model(
         views,
@@ -140,7 +140,7 @@ def _rank(models: Sequence[Placed]) -> str:
 
 
 def _draw(models: Sequence[Placed]) -> charts.Figure:
-    """A row for each method, a column for each side."""
+    """A figure with a row for each model and a column for each side."""
     figure, rows = charts.new_figure(len(models), len(SIDES), width=10, height=1.75 * len(models) + 0.2, dpi=90)
     half = 0.55 * max(float(np.ptp(model.points, axis=0).max()) for model in models)
     for i, (line, model) in enumerate(zip(rows, models, strict=True)):
@@ -157,7 +157,10 @@ def _draw(models: Sequence[Placed]) -> charts.Figure:
 
 
 def _draw_cloud(axes: Axes, points: np.ndarray, side: str, half: float, colors: np.ndarray | None = None) -> None:
-    """Points (N, 3) [m] from one of SIDES, far ones lighter and behind; the picture is 2 `half` [m] wide and high."""
+    """Draw points (N, 3) [m] from one of SIDES without perspective, far ones lighter and behind.
+
+    The picture is 2 `half` [m] wide and high; colors (N, 3) are uint8.
+    """
     right, up, toward = _directions(*SIDES[side])
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     relative = points - middle
@@ -174,7 +177,7 @@ def _draw_cloud(axes: Axes, points: np.ndarray, side: str, half: float, colors: 
 
 
 def _directions(azimuth_deg: float, elevation_deg: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Right and up in the picture, and towards whoever looks."""
+    """Unit vectors to the right and up in the picture, and towards whoever looks."""
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])

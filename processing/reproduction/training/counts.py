@@ -15,7 +15,7 @@ VALUES: tuple[Literal["counts", "occupancy"], ...] = ("counts", "occupancy")
 
 
 def compare_values(plan: Plan) -> Report:
-    """Accuracy, loss and overfitting of the best structure on either kind of grid."""
+    """A study of accuracy, loss and overfitting of the best structure on grids of counts and of occupancy."""
     changes = [{"voxels": VoxelSettings(values=values)} for values in VALUES]
     runs = dict(zip(VALUES, run_trainings(plan, changes, "Training on counts and occupancy"), strict=True))
     rows: list[Row] = [

@@ -24,14 +24,14 @@ from orbitscan.recorder.sources.options import CaptureOptions
 
 @dataclass(frozen=True)
 class Data:
-    """Labelled views in a file."""
+    """A file of labelled views."""
 
     path: Path
     fingerprint: str  # of the views
 
 
 def provide(plan: Plan) -> Data:
-    """The views of a plan, gathered once: each `plan.every`-th of every circle of thesis table 3.1.
+    """The views of a plan, gathered once: every n-th one of each circle of thesis table 3.1, n being `plan.every`.
 
     Raises InvalidOption where the dataset lacks a category, and what recording or reading raises.
     """
@@ -51,7 +51,7 @@ def provide(plan: Plan) -> Data:
 
 
 def save(views: LabelledViews, path: Path, source: str) -> None:
-    """Write views, whole or not at all, with a word on where they are from. Raises UnwritableOutput."""
+    """Write views, whole or not at all, with the name of their source. Raises UnwritableOutput."""
     content = io.BytesIO()
     columns: dict[str, Any] = {f.name: np.asarray(getattr(views, f.name)) for f in fields(views)}
     np.savez(content, source=source, fingerprint=views.fingerprint, **columns)
@@ -60,7 +60,7 @@ def save(views: LabelledViews, path: Path, source: str) -> None:
 
 @lru_cache(maxsize=1)
 def load(data: Data) -> LabelledViews:
-    """The views in the file; kept, since a process does many runs on the same."""
+    """The views in the file; the last ones read stay in memory, since a process does many runs on them."""
     with np.load(data.path) as file:
         columns = {f.name: file[f.name] for f in fields(LabelledViews)}
     return LabelledViews(**columns | {"names": tuple(columns["names"].tolist())})

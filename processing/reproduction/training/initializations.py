@@ -68,7 +68,7 @@ def draw_boxes(plan: Plan) -> Report:
 
 
 def draw_curves(plan: Plan) -> Report:
-    """Figure 5.2: the same while they are trained."""
+    """Figure 5.2: accuracy, loss and overfitting while the networks are trained."""
     runs = {NAMES[init]: found for init, found in run_all(plan).items()}
     rows = tabulate_curves(runs, "initialisation")
     figure = draw_run_curves(runs)
@@ -82,7 +82,7 @@ def draw_curves(plan: Plan) -> Report:
 
 
 def draw_run_boxes(runs: Runs, width: float) -> charts.Figure:
-    """Notched box plots of accuracy, loss and overfitting over the runs, by name."""
+    """A figure of box plots of accuracy, loss and overfitting over the runs, by name."""
     figure, (row,) = charts.new_figure(1, 3, width=width)
     for axes, key, factor, label in (
         (row[0], "accuracy", 100, "accuracy of the test views [%]"),
@@ -94,7 +94,7 @@ def draw_run_boxes(runs: Runs, width: float) -> charts.Figure:
 
 
 def draw_run_curves(runs: Runs) -> charts.Figure:
-    """Accuracy, loss and overfitting after so many batches: the mean of the runs and their range, by name."""
+    """A figure of accuracy, loss and overfitting over the batches: mean and range of the runs, by name."""
     figure, (row,) = charts.new_figure(1, 3, width=9, height=3.4)
     steps = next(iter(runs.values()))[0]["curve"]["step"]
     losses, training = curves(runs, "validation_loss"), curves(runs, "train_loss")
@@ -109,7 +109,7 @@ def draw_run_curves(runs: Runs) -> charts.Figure:
 
 
 def describe_starts(runs: Runs) -> str:
-    """Which curve leads in the first half of the training, on average."""
+    """Which runs are ahead in the first half of the training, in words."""
     accuracy = curves(runs, "validation_accuracy", 100)
     half = {name: float(values[:, : values.shape[1] // 2].mean()) for name, values in accuracy.items()}
     ranked = sorted(half, key=lambda name: -half[name])
@@ -118,7 +118,7 @@ def describe_starts(runs: Runs) -> str:
 
 
 def _claim(runs: Runs) -> list[Claim]:
-    """The thesis's order, step by step: each initialisation against Glorot's, and PCA against the others."""
+    """The thesis's order as claims: each initialisation against Glorot's, and PCA against the others."""
     glorot = runs["glorot"]
     accuracy = {init: column(found, "accuracy", 100) for init, found in runs.items()}
     claims = [
@@ -142,7 +142,7 @@ def _claim(runs: Runs) -> list[Claim]:
 
 
 def _describe_spread(runs: Runs) -> str:
-    """How far single runs are apart, beside the means of the initialisations."""
+    """How far apart single runs are, beside the means of the initialisations, in words."""
     spread = {name: np.ptp(column(found, "accuracy", 100)) for name, found in runs.items()}
     widest = max(spread, key=spread.__getitem__)
     return (

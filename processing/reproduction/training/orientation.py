@@ -41,7 +41,7 @@ def draw_boxes(plan: Plan) -> Report:
 
 
 def draw_curves(plan: Plan) -> Report:
-    """Figure 5.4: the same while they are trained."""
+    """Figure 5.4: accuracy, loss and overfitting while the networks are trained."""
     runs = run_all(plan)
     rows = tabulate_curves(runs, "network")
     figure = draw_run_curves(runs)
@@ -55,7 +55,7 @@ def draw_curves(plan: Plan) -> Report:
 
 
 def draw_confusions(plan: Plan) -> Report:
-    """Figure 5.5: what the test views are taken for, all runs together."""
+    """Figure 5.5: which categories the test views are taken for, all runs together."""
     runs = run_all(plan)
     names = data.load(data.provide(plan)).names
     counts = {name: np.sum([run["confusion"] for run in found], axis=0) for name, found in runs.items()}
@@ -73,7 +73,7 @@ def draw_confusions(plan: Plan) -> Report:
 
 
 def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[Claim]:
-    """Whether the second output makes the first one better in each of three numbers (3.27)."""
+    """The claims that the second output (3.27) makes the first one more accurate, surer and less overfitted."""
     with_head, without = runs[WITH], runs[WITHOUT]
     claims = (
         ("With the orientation the category is told more accurately", "accuracy", 100.0, "points"),

@@ -22,7 +22,7 @@ THESIS = {  # structure -> mean loss, mean accuracy [%], of 10 runs
 
 
 def compare_structures(plan: Plan) -> Report:
-    """Mean loss, accuracy and overfitting of each structure on the test views."""
+    """Table 5.1: mean loss, accuracy and overfitting of each structure on the test views."""
     changes = [{"structure": structure} for structure in THESIS]
     runs = dict(zip(THESIS, run_trainings(plan, changes, "Training seven structures"), strict=True))
     rows: list[Row] = [

@@ -27,7 +27,7 @@ _OBJECT_PLACE = 1 / 9  # of the circle, where an object is shown
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """A view in a figure, and its voxel grid."""
+    """A view that a figure shows, and its voxel grid."""
 
     what: str
     instance: str
@@ -44,7 +44,7 @@ Shots = Mapping[str, Sequence[Shot]]
 
 
 def show_gallery(plan: Plan) -> Report:
-    """The four figures; a row for each view that is shown."""
+    """Figures 3.4, 3.7, 5.6 and 5.7, and a row for each view that they show."""
     instances = circles.open_instances(plan)
     turned = [name for name in CATEGORIES if name in instances] or list(instances)
     objects = {name: simulate(name, views=DEFAULT_VIEWS) for name in OBJECTS}
@@ -69,7 +69,7 @@ def show_gallery(plan: Plan) -> Report:
 
 
 def _choose(sessions: Sequence[Session]) -> list[Session]:
-    """As many as fit a row, the last among them: it is the one that is tested."""
+    """As many sessions as fit a row, the last among them: it is the one that is tested."""
     return list(sessions) if len(sessions) <= COLUMNS else [*sessions[: COLUMNS - 1], sessions[-1]]
 
 
@@ -98,7 +98,7 @@ def _describe(figure: str, shot: Shot) -> Row:
 
 
 def _count(instances: Mapping[str, Sequence[Session]]) -> str:
-    """How many instances there are, against table 3.1."""
+    """How many instances there are, beside table 3.1, in words."""
     found = sum(len(sessions) for sessions in instances.values())
     other = [name for name, sessions in instances.items() if len(sessions) != corpus.INSTANCES[name]]
     said = f"{found} instances of {len(instances)} categories"
@@ -108,7 +108,7 @@ def _count(instances: Mapping[str, Sequence[Session]]) -> str:
 
 
 def _compare_points(shown: Mapping[str, Shots]) -> list[str]:
-    """How dense the views are, by category, and against the thesis's objects."""
+    """How many points the views have, by category, and beside the thesis's objects, in words."""
     instances = sorted((shot for shots in shown["figure-3.4"].values() for shot in shots), key=lambda shot: shot.points)
     few, many = instances[0], instances[-1]
     objects = shown["figure-5.7"]
@@ -126,7 +126,10 @@ def _spell(name: str) -> str:
 
 
 def _draw(shots: Shots, label: Callable[[Shot], str], alike: bool = False, grids: bool = False) -> charts.Figure:
-    """A row of pictures for each name, with `grids` a second one of their voxel grids; `alike`: to one scale each."""
+    """A figure with a row of pictures for each name; with `alike` each row has one scale.
+
+    With `grids` a second row for each name shows the voxel grids.
+    """
     lines, columns = 2 if grids else 1, max(map(len, shots.values()))
     height = lines * len(shots) * (7.2 / columns + 0.05)
     figure, axes = charts.new_figure(lines * len(shots), columns, width=7.2, height=height)

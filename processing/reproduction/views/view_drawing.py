@@ -18,7 +18,7 @@ def picture_size(view: View) -> float:
 
 
 def draw_view(axes: Axes, view: View, inches: float = 1.0, half: float | None = None) -> None:
-    """A view in the middle of axes about so many inches wide, its points so large that neighbours meet.
+    """Draw a view in the middle of axes about `inches` wide, its points so large that neighbours meet.
 
     `half`: see `picture_size`; None: the view's own.
     """

@@ -8,13 +8,11 @@ import torch
 
 from orbitscan.processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
 from orbitscan.processing.classification.labelled_views import gather, split_views
+from orbitscan.processing.classification.losses import classification_loss, orientation_labels, orientation_loss
 from orbitscan.processing.classification.training import (
     RUNS,
     THESIS,
     TrainingSettings,
-    classification_loss,
-    orientation_labels,
-    orientation_loss,
     train,
 )
 from orbitscan.processing.classification.voxels import VoxelSettings
