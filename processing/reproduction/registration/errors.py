@@ -115,7 +115,7 @@ def claim_objects(runs: Sequence[Run]) -> list[Claim]:
         text = f"RANSAC before ICP makes the largest {name} smaller, {runs[0].circle.spacing}"
         means = [np.mean(pairs, axis=0) for what in OBJECTS if (pairs := _pair_largest(runs, what, key))]
         shares = [100 * ransac / icp for icp, ransac in means]
-        claims.append(_claim_less(text, [100.0] * len(shares), shares, "% of ICP's", "object"))
+        claims.append(_claim_less(text, [100.0] * len(shares), shares, "% of ICP's error", "object"))
     return claims
 
 
