@@ -29,7 +29,7 @@ class AugmentationSettings:
 
 
 def augment(clouds: Clouds, up: torch.Tensor, settings: AugmentationSettings, generator: torch.Generator) -> Clouds:
-    """Varied copies of centred views of radius 1; `up` (B, 3) is their vertical, NaN where not known."""
+    """Copies of centred views of radius 1, varied at random; `up` (B, 3) is their vertical, NaN where not known."""
     if settings == AugmentationSettings():
         return clouds
     clouds = _keep(clouds, _survivors(clouds, up, settings, generator))
@@ -72,7 +72,7 @@ def _vertical(up: torch.Tensor) -> torch.Tensor:
 def _survivors(
     clouds: Clouds, up: torch.Tensor, settings: AugmentationSettings, generator: torch.Generator
 ) -> torch.Tensor:
-    """The points (N,) bool that neither the table, nor something before the view, nor thinning takes away."""
+    """Which points (N,) bool neither the table, nor something before the view, nor thinning takes away."""
     view, size, device = clouds.view, len(clouds.lengths), clouds.points.device
     directions = torch.randn(size, 3, generator=generator, device=device)
     directions = directions / directions.norm(dim=1, keepdim=True)

@@ -17,11 +17,12 @@ LEAST_DEVIATION = 0.35  # of log r: a third, however alike the instances are
 SIZE_RANGE = np.log(1000)  # of log r, where nothing is known of a thing: 5 mm to 5 m, say
 FUSED_VIEWS = 6  # that a session's threshold is set for
 DRAWS = 400  # of so many views each
+Sizes = tuple[tuple[float, ...], tuple[float, ...]]  # of log r in each category: means, standard deviations
 _RADII = 1e-9, 1e9  # [m] whose logarithm is taken; a view of one point, or of garbage, is outside
 
 
 def joint_logits(logits: np.ndarray, radii: np.ndarray, calibration: Calibration) -> np.ndarray:
-    """Logits (V, C) of shape and size together; radii (V,) [m]."""
+    """Logits (V, C) of shape and size together, from those of the shape (V, C) and the radii (V,) [m]."""
     if not calibration.size_means:
         return logits
     means, deviations = np.array(calibration.size_means), np.array(calibration.size_deviations)
@@ -30,16 +31,16 @@ def joint_logits(logits: np.ndarray, radii: np.ndarray, calibration: Calibration
 
 
 def log_probabilities(joint: np.ndarray, calibration: Calibration) -> np.ndarray:
-    """Calibrated log probabilities (V, C)."""
+    """Calibrated log probabilities (V, C) from joint logits (V, C)."""
     return log_softmax(joint / calibration.temperature, axis=1)
 
 
 def open_set_scores(joint: np.ndarray) -> np.ndarray:
-    """How well the categories explain each view (V,): higher is more surely known."""
+    """How well the categories explain each view (V,), from joint logits (V, C): higher is more surely known."""
     return logsumexp(joint, axis=1)
 
 
-def measure_sizes(radii: np.ndarray, categories: np.ndarray, count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def measure_sizes(radii: np.ndarray, categories: np.ndarray, count: int) -> Sizes:
     """Mean and standard deviation of log r [m] of each of `count` categories."""
     logs = [_log(radii[categories == c]) for c in range(count)]
     deviations = [max(float(np.std(log)), LEAST_DEVIATION) for log in logs]
@@ -51,10 +52,10 @@ def calibrate(
     radii: np.ndarray,
     categories: np.ndarray,
     sessions: np.ndarray,
-    sizes: tuple[tuple[float, ...], tuple[float, ...]],
+    sizes: Sizes,
     seed: int = 0,
 ) -> Calibration:
-    """Temperature (Guo et al., ICML 2017) and thresholds that keep KEPT of the known validation views and sessions.
+    """A temperature (Guo et al., ICML 2017), and thresholds that keep KEPT of the known validation views and sessions.
 
     Logits (V, C), radii (V,) [m], true categories (V,) and recordings (V,) of validation views.
     """

@@ -37,7 +37,7 @@ class Calibration:
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """A model, whole: `network()` builds it again."""
+    """All of a trained model; `network()` builds its network again."""
 
     weights: dict[str, torch.Tensor]
     structure: str
@@ -72,9 +72,9 @@ def write(content: dict[str, Any], path: Path) -> None:
 
 
 def read(path: Path) -> Any:
-    """What `write` wrote; only tensors and plain values, a file cannot bring code along. Raises for a damaged file.
+    """The tensors and plain values that `write` wrote; a file cannot bring code along.
 
-    What it raises is pickle's, zip's or torch's: they have no common root.
+    Raises for a damaged file; the exceptions are pickle's, zip's or torch's, which have no common root.
     """
     with zipfile.ZipFile(path) as archive:
         if archive.testzip():  # torch does not look at the checksums

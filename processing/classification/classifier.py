@@ -29,7 +29,7 @@ _BATCH = 16  # views: more do not fit a processor's cache
 def classify(
     scan: Session | Iterable[View] | np.ndarray, model: str | Path = PACKAGED, device: str = "cpu"
 ) -> SessionClassification | None:
-    """What the views of a session, or one view's points (N, 3) [m] (x right, y down, z forward), show together.
+    """What the views of a session show together, or one view given as points (N, 3) [m] (x right, y down, z forward).
 
     None where no view has points enough. Raises UnreadableModel for a file that holds no model.
     """
@@ -62,11 +62,11 @@ class Classifier:
         return hashlib.sha256(self.path.read_bytes()).hexdigest()
 
     def classify_view(self, view: int, points: np.ndarray) -> ViewClassification | None:
-        """What one view's points (N, 3) [m] show; None where there are too few. A network run of its own."""
+        """What one view's points (N, 3) [m] show; None where there are too few. It runs the network once."""
         return self.classify_views([view], [points])[0]
 
     def classify_views(self, views: Sequence[int], clouds: Sequence[np.ndarray]) -> list[ViewClassification | None]:
-        """What each of several views' points show; views are recorded indices."""
+        """What each of several views shows, by recorded index and points (N, 3) [m]; None where there are too few."""
         share = self.checkpoint.voxels.trim
         kept = [(i, trim(finite(points)[0], share)) for i, points in enumerate(clouds)]
         kept = [(i, points) for i, points in kept if len(points) >= FEWEST_POINTS]

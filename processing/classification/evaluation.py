@@ -56,11 +56,11 @@ class Evaluator:
     views: LabelledViews
     of_size: np.ndarray  # (V, C) that a view's size adds to its logits
     voxels: VoxelSettings
-    precision: Literal["float32", "bfloat16"]
-    device: str
+    precision: Literal["float32", "bfloat16"] = "float32"
+    device: str = "cpu"
 
     def scores(self, network: Network, train: np.ndarray, validation: np.ndarray) -> tuple[Scores, np.ndarray]:
-        """What is reached on both sets of views, and the categories found of the validation views."""
+        """The scores on the two sets of rows, and the category that is found for each validation view."""
         (loss, accuracy, _), (held_loss, held_accuracy, found) = (
             _score(self.predict(network, rows) + self.of_size[rows], self.views.categories[rows])
             for rows in (train, validation)
@@ -73,38 +73,27 @@ class Evaluator:
         np.add.at(counts, (self.views.categories[rows], found), 1)
         return tuple(tuple(int(n) for n in row) for row in counts)
 
+    @torch.inference_mode()
     def predict(self, network: Network, rows: np.ndarray) -> np.ndarray:
-        """Logits (V, C) float64 of the chosen views, by their shape alone."""
-        return predict(network, self.views, rows, self.voxels, self.precision, self.device)
+        """Logits (V, C) float64 of the chosen views, not augmented, by their shape alone."""
+        network.eval()
+        found = []
+        for batch in np.array_split(rows, -(-len(rows) // _BATCH)) if len(rows) else []:
+            with torch.autocast(torch.device(self.device).type, torch.bfloat16, self.precision == "bfloat16"):
+                logits, _ = network(voxel_grids(self.views.clouds(batch, self.device), self.voxels))
+            found.append(logits.double().cpu().numpy())
+        return np.concatenate(found) if found else np.empty((0, len(self.views.names)))
 
     def measure(self, network: Network, rows: np.ndarray, calibration: Calibration) -> dict[str, float]:
-        """Loss and accuracy before calibration, which leaves the accuracy as it is, and the loss after it."""
+        """Loss and accuracy of the chosen views, and the loss after calibration, which leaves the accuracy as it is."""
         joint = joint_logits(self.predict(network, rows), self.views.radii[rows], calibration)
         loss, accuracy, _ = _score(joint, self.views.categories[rows])
         calibrated_loss, *_ = _score(log_probabilities(joint, calibration), self.views.categories[rows])
         return {"views": len(rows), "loss": loss, "accuracy": accuracy, "calibrated_loss": calibrated_loss}
 
 
-@torch.inference_mode()
-def predict(
-    network: Network,
-    views: LabelledViews,
-    rows: np.ndarray,
-    voxels: VoxelSettings,
-    precision: Literal["float32", "bfloat16"] = "float32",
-    device: str = "cpu",
-) -> np.ndarray:
-    """Logits (V, C) float64 of the chosen views, unvaried."""
-    network.eval()
-    found = []
-    for batch in np.array_split(rows, -(-len(rows) // _BATCH)) if len(rows) else []:
-        with torch.autocast(torch.device(device).type, torch.bfloat16, precision == "bfloat16"):
-            found.append(network(voxel_grids(views.clouds(batch, device), voxels))[0].double().cpu().numpy())
-    return np.concatenate(found) if found else np.empty((0, len(views.names)))
-
-
 def _score(logits: np.ndarray, categories: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Cross-entropy, accuracy and the categories found."""
+    """The cross-entropy [nats], the accuracy and the categories found, from logits (V, C) and categories (V,)."""
     loss = functional.cross_entropy(torch.from_numpy(logits), torch.from_numpy(categories))
     found = logits.argmax(axis=1)
     return float(loss), float((found == categories).mean()), found

@@ -54,7 +54,7 @@ class LabelledViews:
     @property
     def fingerprint(self) -> str:
         """A hash of the points, their sizes and what they are called: of what data a model was trained on."""
-        digest = hashlib.sha256(memoryview(self.points).cast("B"))
+        digest = hashlib.sha256(self.points.data.cast("B"))
         for numbers in (self.starts, self.weights, self.radii, self.up, self.turns):
             digest.update(numbers.tobytes())
         for words in (self.names, self.categories.tolist(), self.units.tolist()):
@@ -64,7 +64,7 @@ class LabelledViews:
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """Rows of LabelledViews: none of a validation or test instance is trained on."""
+    """Rows of LabelledViews; no instance that is trained on is validated or tested on."""
 
     train: np.ndarray
     validation: np.ndarray
@@ -123,7 +123,7 @@ def gather(
 
 
 def join(views: LabelledViews, others: LabelledViews) -> LabelledViews:
-    """Both, under the categories of the first."""
+    """Two sets of views as one; the categories' names are the first one's."""
     columns = {
         f.name: np.concatenate([getattr(views, f.name), getattr(others, f.name)])
         for f in fields(views)
@@ -134,7 +134,7 @@ def join(views: LabelledViews, others: LabelledViews) -> LabelledViews:
 
 
 def split_views(views: LabelledViews, validate: str = "last", test: str = "", seed: int = 0) -> Split:
-    """Which views train, validate and test.
+    """The rows of the views that train, validate and test.
 
     `validate` and `test` choose instances of each category: `last` (in natural order), a number of them, a share such
     as `20%` (drawn by the seed), and for the test also names or patterns of recordings, whose instances are tested
@@ -179,7 +179,7 @@ def _choose(views: LabelledViews, rows: np.ndarray, text: str, option: str, rng:
 
 
 def _compact(points: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """The kept points (K, 3) int16, how many each stands for, and the radius [m]."""
+    """A view's kept points (K, 3) int16, how many measured ones each stands for, and the radius [m]."""
     kept = points[np.arange(MAX_POINTS) * len(points) // MAX_POINTS] if len(points) > MAX_POINTS else points
     relative = kept - kept.mean(axis=0, dtype=np.float64)
     radius = float(np.linalg.norm(relative, axis=1).max())

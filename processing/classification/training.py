@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import asdict, dataclass, field
 from math import cos, pi
 from pathlib import Path
@@ -13,15 +13,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import torch
 from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveInt
-from torch.nn import functional
 
 from orbitscan.processing.classification import checkpoint as files
 from orbitscan.processing.classification.augmentation import AugmentationSettings, augment
-from orbitscan.processing.classification.calibration import calibrate, joint_logits, measure_sizes
+from orbitscan.processing.classification.calibration import Sizes, calibrate, joint_logits, measure_sizes
 from orbitscan.processing.classification.checkpoint import Calibration, Checkpoint
 from orbitscan.processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
-from orbitscan.processing.classification.initialization import Init, initialise
+from orbitscan.processing.classification.initialization import Init, initialize
 from orbitscan.processing.classification.labelled_views import LabelledViews, Split
+from orbitscan.processing.classification.losses import classification_loss, orientation_labels, orientation_loss
 from orbitscan.processing.classification.network import BODY, DROPOUT, Network
 from orbitscan.processing.classification.voxels import VoxelSettings, voxel_grids
 from orbitscan.recorder.exceptions import InvalidOption, Wording
@@ -29,6 +29,7 @@ from orbitscan.recorder.sources.washington import RUNS
 
 _EVALUATED = 2000  # training views at most that the training loss is measured on, in evaluation mode
 _CURVE = 100  # views of either set at most that a StepRecord is measured on
+_NO_SIZES: Sizes = ((), ())
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def train(
     state: Path | None = None,
     curve: int = 0,
 ) -> Iterator[StepRecord | EpochRecord | Checkpoint]:
-    """An EpochRecord after each epoch, then the trained Checkpoint; `curve` StepRecords in every epoch.
+    """Train a network: an EpochRecord after each epoch with `curve` StepRecords in it, and at last the Checkpoint.
 
     Views of category -1 teach what is none of the categories. `state` is a file for what is reached after each epoch:
     begun again with the same data, settings and seed, training goes on from there (its records come first) and ends
@@ -102,118 +103,138 @@ def train(
     records = _resume(state, key, network, optimizer)
     yield from records
     if not records:
-        how = {"structure": structure, "precision": settings.precision, "seed": seed, "device": device}
-        initialise(network, settings.init, views, split.train, settings.voxels, **how)
+        initialize(
+            network,
+            settings.init,
+            views,
+            split.train,
+            settings.voxels,
+            structure=structure,
+            precision=settings.precision,
+            seed=seed,
+            device=device,
+        )
 
-    known = split.train[views.categories[split.train] >= 0]
-    known = np.tile(known, max(1, -(-settings.epoch_views // len(known))))
-    unknown = split.train[views.categories[split.train] < 0]
-    others = round(settings.unknown_share * len(known)) if len(unknown) else 0
-    batches = -(-(len(known) + others) // settings.batch)
-    sizes = measure_sizes(views.radii[known], views.categories[known], len(views.names)) if settings.size else ((), ())
+    known, unknown = _divide(views, split.train)
+    held, _ = _divide(views, split.validation)
+    repeated = np.tile(known, max(1, -(-settings.epoch_views // len(known))))
+    sizes = _NO_SIZES
+    if settings.size:
+        sizes = measure_sizes(views.radii[repeated], views.categories[repeated], len(views.names))
     prior = Calibration(size_means=sizes[0], size_deviations=sizes[1])
     of_size = joint_logits(np.zeros((len(views), len(views.names))), views.radii, prior)  # the network adds the shape's
     evaluator = Evaluator(views, of_size, settings.voxels, settings.precision, device)
-    seen, held = (
-        split.train[views.categories[split.train] >= 0],
-        split.validation[views.categories[split.validation] >= 0],
-    )
-    recorded = _spread(np.arange(1, batches + 1), curve)
+    course = _Course(settings, seed, network, optimizer, evaluator, runs, repeated, unknown)
     for epoch in range(len(records), settings.epochs):
-        started = time.perf_counter()
-        torch.manual_seed(seed * 1000 + epoch)  # of dropout
-        generator = torch.Generator(device).manual_seed(seed * 1000 + epoch)
-        rng = np.random.default_rng((seed, epoch))
-        order = rng.permutation(np.concatenate([known, rng.choice(unknown, others) if others else unknown[:0]]))
-        network.train()
-        for step, rows in enumerate(np.array_split(order, batches), epoch * batches):
-            for group in optimizer.param_groups:
-                group["lr"] = settings.learning_rate * (0.5 + 0.5 * cos(pi * step / (batches * settings.epochs)))
-            clouds = augment(
-                views.clouds(rows, device),
-                torch.from_numpy(views.up[rows]).to(device),
-                settings.augmentation,
-                generator,
-            )
-            with torch.autocast(torch.device(device).type, torch.bfloat16, settings.precision == "bfloat16"):
-                logits, sides = network(voxel_grids(clouds, settings.voxels))
-            joint = logits.float() + torch.from_numpy(of_size[rows]).to(device).float()
-            loss = classification_loss(joint, views.categories[rows], open_set=others > 0)
-            if sides is not None:
-                loss = loss + orientation_loss(sides.float(), orientation_labels(views, rows, runs))
-            optimizer.zero_grad()
-            loss.backward()
-            optimizer.step()
-            if step + 1 - epoch * batches in recorded:
-                paused = time.perf_counter()
-                scores, _ = evaluator.scores(network, _spread(seen, _CURVE), _spread(held, _CURVE))
-                yield StepRecord(**asdict(scores), step=step + 1)
-                network.train()
-                started += time.perf_counter() - paused
-        seconds = time.perf_counter() - started
-        scores, found = evaluator.scores(network, _spread(seen, _EVALUATED), held)
+        views_per_second = yield from _train_epoch(course, epoch, _spread(known, _CURVE), _spread(held, _CURVE), curve)
+        scores, found = evaluator.scores(network, _spread(known, _EVALUATED), held)
         confusion = evaluator.confusion(held, found)
-        record = EpochRecord(
-            **asdict(scores), epoch=epoch + 1, confusion=confusion, views_per_second=len(order) / seconds
-        )
+        record = EpochRecord(**asdict(scores), epoch=epoch + 1, confusion=confusion, views_per_second=views_per_second)
         records.append(record)
         if state is not None:
             content = {"network": network.state_dict(), "optimizer": optimizer.state_dict()}
             files.write(key | content | {"records": [asdict(record) for record in records]}, state)
         yield record
+    yield _finish(course, structure, sizes, held, _divide(views, split.test)[0])
 
-    test = split.test[views.categories[split.test] >= 0]
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """What all epochs of a training share."""
+
+    settings: TrainingSettings
+    seed: int
+    network: Network
+    optimizer: torch.optim.Optimizer
+    evaluator: Evaluator
+    runs: tuple[int, ...]  # of a circle of each category, that the orientation head tells apart; () without the head
+    known: np.ndarray  # rows that an epoch trains on, some of them several times
+    unknown: np.ndarray  # rows of other things, of which each epoch draws `others`
+
+    @property
+    def others(self) -> int:
+        """How many views of other things an epoch trains on."""
+        return round(self.settings.unknown_share * len(self.known)) if len(self.unknown) else 0
+
+    @property
+    def batches(self) -> int:
+        """How many batches an epoch has."""
+        return -(-(len(self.known) + self.others) // self.settings.batch)
+
+
+def _train_epoch(
+    course: _Course, epoch: int, seen: np.ndarray, held: np.ndarray, curve: int
+) -> Generator[StepRecord, None, float]:
+    """Train the network for one epoch, and return how many views it was trained on in a second.
+
+    After each of `curve` batches, evenly spread, a StepRecord measured on the rows `seen` and `held` is yielded.
+    """
+    settings, network, seed, device = course.settings, course.network, course.seed, course.evaluator.device
+    others, batches = course.others, course.batches
+    recorded = _spread(np.arange(1, batches + 1), curve)
+    started = time.perf_counter()
+    torch.manual_seed(seed * 1000 + epoch)  # of dropout
+    generator = torch.Generator(device).manual_seed(seed * 1000 + epoch)
+    rng = np.random.default_rng((seed, epoch))
+    drawn = rng.choice(course.unknown, others) if others else course.unknown[:0]
+    order = rng.permutation(np.concatenate([course.known, drawn]))
+    network.train()
+    for step, rows in enumerate(np.array_split(order, batches), epoch * batches):
+        for group in course.optimizer.param_groups:
+            group["lr"] = settings.learning_rate * (0.5 + 0.5 * cos(pi * step / (batches * settings.epochs)))
+        course.optimizer.zero_grad()
+        _measure_loss(course, rows, generator).backward()
+        course.optimizer.step()
+        if step + 1 - epoch * batches in recorded:
+            paused = time.perf_counter()
+            scores, _ = course.evaluator.scores(network, seen, held)
+            yield StepRecord(**asdict(scores), step=step + 1)
+            network.train()
+            started += time.perf_counter() - paused
+    return len(order) / (time.perf_counter() - started)
+
+
+def _measure_loss(course: _Course, rows: np.ndarray, generator: torch.Generator) -> torch.Tensor:
+    """The loss of a batch of views, augmented: of the categories and, with an orientation head, of the sides."""
+    views, settings, device = course.evaluator.views, course.settings, course.evaluator.device
+    up = torch.from_numpy(views.up[rows]).to(device)
+    clouds = augment(views.clouds(rows, device), up, settings.augmentation, generator)
+    with torch.autocast(torch.device(device).type, torch.bfloat16, settings.precision == "bfloat16"):
+        logits, sides = course.network(voxel_grids(clouds, settings.voxels))
+    joint = logits.float() + torch.from_numpy(course.evaluator.of_size[rows]).to(device).float()
+    loss = classification_loss(joint, views.categories[rows], open_set=course.others > 0)
+    if sides is not None:
+        loss = loss + orientation_loss(sides.float(), orientation_labels(views, rows, course.runs))
+    return loss
+
+
+def _finish(course: _Course, structure: str, sizes: Sizes, held: np.ndarray, test: np.ndarray) -> Checkpoint:
+    """The trained network as a Checkpoint: calibrated on the validation rows `held`, measured on them and on `test`."""
+    network, evaluator, views = course.network, course.evaluator, course.evaluator.views
     logits = evaluator.predict(network, held)
-    calibration = calibrate(logits, views.radii[held], views.categories[held], views.sessions[held], sizes, seed)
-    yield Checkpoint(
+    calibration = calibrate(logits, views.radii[held], views.categories[held], views.sessions[held], sizes, course.seed)
+    return Checkpoint(
         weights={name: weight.detach().cpu() for name, weight in network.state_dict().items()},
         structure=structure,
         categories=views.names,
-        voxels=settings.voxels,
-        orientations=runs,
+        voxels=course.settings.voxels,
+        orientations=course.runs,
         calibration=calibration,
-        settings=asdict(settings),
+        settings=asdict(course.settings),
         metrics={
             name: evaluator.measure(network, rows, calibration)
             for name, rows in (("validation", held), ("test", test))
             if len(rows)
         },
         fingerprint=views.fingerprint,
-        seed=seed,
+        seed=course.seed,
     )
-
-
-def classification_loss(logits: torch.Tensor, categories: np.ndarray, open_set: bool) -> torch.Tensor:
-    """Mean categorical cross-entropy of logits (B, C); category -1 is none of them.
-
-    With `open_set` that is a category of its own whose logit is always 0, so that a view of something else learns to
-    have low logits everywhere.
-    """
-    targets = torch.from_numpy(categories).to(logits.device)
-    if open_set:
-        logits = functional.pad(logits, (0, 1))
-        targets = torch.where(targets < 0, logits.shape[1] - 1, targets)
-    return functional.cross_entropy(logits, targets)
-
-
-def orientation_labels(views: LabelledViews, rows: np.ndarray, runs: tuple[int, ...]) -> np.ndarray:
-    """The run of the circle each view lies in, floor(i m / n) (thesis 3.2.4); -1 where the circle is not known."""
-    m = np.array([*runs, 1])[views.categories[rows]]
-    turns = views.turns[rows]
-    run = np.floor(np.nan_to_num(turns) * m + 1e-9).astype(np.int64) % m  # a circle may cover more than one turn
-    return np.where(np.isnan(turns) | (views.categories[rows] < 0), -1, run)
-
-
-def orientation_loss(logits: torch.Tensor, labels: np.ndarray) -> torch.Tensor:
-    """Cross-entropy of the side that is seen, per view of the batch; a view without label adds nothing."""
-    targets = torch.from_numpy(labels).to(logits.device)
-    return functional.cross_entropy(logits, targets, ignore_index=-1, reduction="sum") / len(labels)
 
 
 def _resume(
     state: Path | None, key: dict[str, Any], network: Network, optimizer: torch.optim.Optimizer
 ) -> list[EpochRecord]:
-    """The epochs a file holds of this very training, its weights loaded; none where it is of another, or absent."""
+    """The records of this very training in a file, whose weights are loaded; none where it is absent or of another."""
     if state is None or not state.is_file():
         return []
     try:
@@ -226,6 +247,12 @@ def _resume(
         return records
     except Exception:  # a cut file is as good as none
         return []
+
+
+def _divide(views: LabelledViews, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The rows whose category is known, and those of other things."""
+    is_known = views.categories[rows] >= 0
+    return rows[is_known], rows[~is_known]
 
 
 def _spread(rows: np.ndarray, most: int) -> np.ndarray:

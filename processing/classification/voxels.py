@@ -21,10 +21,9 @@ class VoxelSettings:
     values: Literal["counts", "occupancy", "density"] = "counts"  # thesis 3.1: the number of points in a voxel
     # `density` (not in the thesis): counts over their mean in the view's occupied voxels, so that a scan twice as fine
     # or a camera twice as near gives the same grid
-    trim: Annotated[float, Field(ge=0, lt=1)] = (
-        0.0  # not in the thesis: the share of points, farthest from the centroid, that is left out: a single
-    )
-    # stray one would shrink all others into the middle of the grid
+    # `trim` (not in the thesis): the share of points, farthest from the centroid, that is left out: a single stray one
+    # would shrink all others into the middle of the grid
+    trim: Annotated[float, Field(ge=0, lt=1)] = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +36,13 @@ class Clouds:
 
     @cached_property
     def view(self) -> torch.Tensor:
-        """The view (N,) of every point."""
+        """The number of the view (N,) that each point belongs to."""
         numbers = torch.arange(len(self.lengths), device=self.lengths.device)
         return numbers.repeat_interleave(self.lengths, output_size=len(self.points))
 
     @cached_property
     def spheres(self) -> tuple[torch.Tensor, torch.Tensor]:
-        """See `bounding_spheres`."""
+        """Each view's centroid and radius, as `bounding_spheres` gives them."""
         return bounding_spheres(self)
 
 

@@ -24,17 +24,24 @@ _LOG_WIDTH = 140
 
 def reproduce(
     what: Annotated[str, typer.Argument(help=f"all, or one of {', '.join(STUDIES)}.", show_default=False)],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Gets numbers, figures and all runs.")],
-    runs: Annotated[int, typer.Option(help="Of every training, each from another seed. Thesis: 10, 20.")] = 10,
-    fraction: Annotated[float, typer.Option(help="Of the thesis's views, 0.005 to 1.")] = 1.0,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for numbers, figures and all runs.")
+    ],
+    runs: Annotated[
+        int, typer.Option(help="Runs of every training, each from another seed. The thesis has 10 and 20.")
+    ] = 10,
+    fraction: Annotated[float, typer.Option(help="Share of the thesis's views to use, 0.005 to 1.")] = 1.0,
     dataset: Annotated[
         Path | None, typer.Option(help="The Washington RGB-D Object dataset. Default: the virtual corpus.")
     ] = None,
-    device: Annotated[str, typer.Option(help="auto, cpu or cuda: where networks are trained.")] = "auto",
+    device: Annotated[str, typer.Option(help="Where networks are trained: auto, cpu or cuda.")] = "auto",
     precision: Annotated[
-        Literal["float32", "bfloat16"], typer.Option(help="Of the networks; bfloat16 is fast on some processors.")
+        Literal["float32", "bfloat16"],
+        typer.Option(help="Precision of the networks; bfloat16 is fast on some processors."),
     ] = "float32",
-    workers: Annotated[int | None, typer.Option(min=1, help="Runs at the same time. Default: one a core.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Runs at the same time. Default: one for each core.")
+    ] = None,
 ) -> None:
     """Make the thesis's tables and figures again, its numbers beside ours, and say which of its claims hold.
 
@@ -107,7 +114,7 @@ def _print_report(report: Report) -> None:
     console.print(table)
     if len(report.rows) > _SHOWN_ROWS:
         typer.echo(f"... {len(report.rows) - _SHOWN_ROWS} more rows in {report.name}.csv")
-    for sentence in report.said:
+    for sentence in (*report.said, *report.claims):
         typer.echo(sentence)
 
 

@@ -22,23 +22,32 @@ def train(
     recordings: Annotated[list[Path], typer.Argument(help="Labelled recordings (.mcap), or folders of them.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="MODEL.pt", help="The trained model.")],
     unknown: Annotated[
-        list[Path] | None, typer.Option(help="Recordings of other things, which teach what is none of them.")
+        list[Path] | None, typer.Option(help="Recordings of other things, to learn what is none of the categories.")
     ] = None,
     settings: Annotated[str, typer.Option(help="A TOML file, or 'thesis': counts, two epochs, no augmentation.")] = "",
-    structure: Annotated[str, typer.Option(help="As C(32,5,2)-C(32,3)-P(2)-C(16,3)-P(2)-FC(10).")] = "",
+    structure: Annotated[
+        str, typer.Option(help="The network's layers, such as C(32,5,2)-C(32,3)-P(2)-C(16,3)-P(2)-FC(10).")
+    ] = "",
     init: Annotated[
-        Literal["glorot", "dcae", "kmeans-pca", "kmeans-zca"] | None, typer.Option(help="The first weights.")
+        Literal["glorot", "dcae", "kmeans-pca", "kmeans-zca"] | None,
+        typer.Option(help="How the first weights are found."),
     ] = None,
     orientation: Annotated[bool, typer.Option("--orientation", help="Learn the side that is seen, too.")] = False,
-    epochs: Annotated[int | None, typer.Option(min=1, help="Times that every view is trained on.")] = None,
-    validate: Annotated[str, typer.Option(help="Instances of each category: 'last', a number, a share '20%'.")] = "",
-    test: Annotated[str, typer.Option(help="The same, or names or patterns of recordings. Default: none.")] = "",
+    epochs: Annotated[int | None, typer.Option(min=1, help="How often every view is trained on.")] = None,
+    validate: Annotated[
+        str, typer.Option(help="Instances of each category to validate on: 'last', a number, or a share such as '20%'.")
+    ] = "",
+    test: Annotated[
+        str,
+        typer.Option(help="Instances to test on, said likewise, or names or patterns of recordings. Default: none."),
+    ] = "",
     split: Annotated[
-        Literal["instances", "views"], typer.Option(help="Of a single instance, views may be split; say so.")
+        Literal["instances", "views"],
+        typer.Option(help="What is kept apart: 'views' is for data of a single instance."),
     ] = "instances",
     every: Annotated[int, typer.Option(min=1, help="Use every n-th view.")] = 1,
-    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
-    device: Annotated[str, typer.Option(help="auto, cpu or cuda.")] = "auto",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all random numbers.")] = 0,
+    device: Annotated[str, typer.Option(help="Where to train: auto, cpu or cuda.")] = "auto",
 ) -> None:
     """Train a classifier on labelled recordings, with a review of the training beside the model.
 

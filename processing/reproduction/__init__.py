@@ -9,26 +9,26 @@ from importlib import import_module
 
 STUDIES = {  # as the command names them, in the thesis's order -> the module and the function
     "gallery": "views.gallery.show_gallery",
-    "figure-3.5": "views.grids.show_values",
-    "figure-3.6": "views.grids.show_resolutions",
+    "figure-3.5": "views.voxelization.show_values",
+    "figure-3.6": "views.voxelization.show_resolutions",
     "study-counts": "training.counts.compare_values",
     "table-5.1": "training.structures.compare_structures",
     "table-5.2": "training.cross_entropy.work_example",
     "table-5.3": "descriptors.table.compare_descriptors",
-    "table-5.4": "training.initialisations.tabulate",
-    "figure-5.1": "training.initialisations.draw_boxes",
-    "figure-5.2": "training.initialisations.draw_curves",
+    "table-5.4": "training.initializations.tabulate",
+    "figure-5.1": "training.initializations.draw_boxes",
+    "figure-5.2": "training.initializations.draw_curves",
     "figure-5.3": "training.orientation.draw_boxes",
     "figure-5.4": "training.orientation.draw_curves",
     "figure-5.5": "training.orientation.draw_confusions",
-    "figure-5.8": "registration.figures.compare_errors",
+    "figure-5.8": "registration.errors.compare_errors",
     "figure-5.9": "registration.models.show_models",
-    "figure-5.10": "registration.figures.compare_seconds",
+    "figure-5.10": "registration.seconds.compare_seconds",
     "study-overlap": "overlap.study.vary_overlap",
 }
 
 
 def find(name: str) -> Callable:
-    """The function of a study: a Plan in, a Report out."""
+    """The function of a study by its name: it takes a Plan and returns a Report."""
     module, _, function = STUDIES[name].rpartition(".")
     return getattr(import_module(f"orbitscan.processing.reproduction.{module}"), function)

@@ -11,13 +11,13 @@ Progress = Callable[[Iterable[Any], int, str], Iterator[Any]]
 
 
 def silent(items: Iterable[Any], total: int, what: str) -> Iterator[Any]:
-    """No progress is shown."""
+    """The items themselves: no progress is shown."""
     return iter(items)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What all studies of a reproduction share. Raises InvalidOption for what cannot be."""
+    """What all studies of a reproduction share. Raises InvalidOption for a fraction or runs out of range."""
 
     folder: Path
     runs: int = 10  # thesis: 10 of each structure (table 5.1), 20 of each initialisation (table 5.4)
@@ -41,5 +41,5 @@ class Plan:
 
     @property
     def seeds(self) -> range:
-        """A seed for each run; the same in all studies, so that runs are compared in pairs."""
+        """The seed of each run, the same in all studies, so that runs are compared in pairs."""
         return range(self.runs)

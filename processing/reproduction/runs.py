@@ -18,7 +18,7 @@ class Task(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the run's file, readable."""
+        """The readable part of the name of the run's file."""
 
     @property
     def key(self) -> dict[str, Any]:
@@ -29,7 +29,7 @@ Work = Callable[[Any], dict[str, Any]]
 
 
 def keep(plan: Plan, work: Work, tasks: Sequence[Task], what: str) -> list[dict[str, Any]]:
-    """The result of each task, in their order; `work` does one, as a function that another process can import.
+    """Do the tasks by `work`, a function that other processes can import, and return each one's result in their order.
 
     A finished run is read from `FOLDER/runs`; others are worked on with one thread each, `plan.workers` at a time, and
     written as soon as they are done: a stopped study loses the runs in flight.

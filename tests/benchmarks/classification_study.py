@@ -19,7 +19,7 @@ from scipy.special import log_softmax
 from orbitscan.processing.batch.inputs import find_recordings
 from orbitscan.processing.classification.calibration import joint_logits
 from orbitscan.processing.classification.checkpoint import Checkpoint
-from orbitscan.processing.classification.evaluation import EpochRecord, predict
+from orbitscan.processing.classification.evaluation import EpochRecord, Evaluator
 from orbitscan.processing.classification.labelled_views import LabelledViews, gather, split_views
 from orbitscan.processing.classification.training import THESIS, TrainingSettings, train
 from orbitscan.recorder import mcap_file
@@ -29,7 +29,8 @@ INITS = ("glorot", "dcae", "kmeans-pca", "kmeans-zca")
 
 def measure(model: Checkpoint, views: LabelledViews, rows: np.ndarray, settings: TrainingSettings) -> dict[str, float]:
     """Loss, and accuracy by views and fused over recordings."""
-    logits = predict(model.network(), views, rows, settings.voxels, settings.precision)
+    evaluator = Evaluator(views, np.zeros((len(views), len(views.names))), settings.voxels, settings.precision)
+    logits = evaluator.predict(model.network(), rows)
     truth, sessions = views.categories[rows], views.sessions[rows]
     logs = log_softmax(joint_logits(logits, views.radii[rows], model.calibration), axis=1)
     names = np.unique(sessions)

@@ -12,10 +12,11 @@ from orbitscan.processing.classification.network import Network
 from orbitscan.processing.classification.voxels import VoxelSettings, voxel_grids
 
 Init = Literal["glorot", "dcae", "kmeans-pca", "kmeans-zca"]
+_WHITENINGS: dict[Init, kmeans.Kind] = {"kmeans-pca": "pca", "kmeans-zca": "zca"}
 _BATCH = 64
 
 
-def initialise(
+def initialize(
     network: Network,
     init: Init,
     views: LabelledViews,
@@ -27,7 +28,9 @@ def initialise(
     seed: int = 0,
     device: str = "cpu",
 ) -> None:
-    """Give a Glorot network, in place, the first weights that `init` names, learnt from the chosen views unlabelled.
+    """Change a Glorot network, in place, to the first weights that `init` names.
+
+    They are learnt from the shapes of the chosen views, without their labels.
 
     Raises InvalidOption where the structure has nothing to give them to.
     """
@@ -39,13 +42,13 @@ def initialise(
             return (voxel_grids(views.clouds(chosen, device), voxels) for chosen in _cut(order))
 
         shorthand = autoencoder.mirror(structure)
-        settings = autoencoder.AutoencoderSettings(bfloat16=precision == "bfloat16")
-        pretrained = autoencoder.pretrain(batches, settings, seed, device, shorthand, voxels.div)
+        pretraining = autoencoder.AutoencoderSettings(bfloat16=precision == "bfloat16")
+        pretrained = autoencoder.pretrain(batches, pretraining, seed, device, shorthand, voxels.div)
         autoencoder.hand_over(pretrained, network)
     elif init != "glorot":
-        settings = kmeans.KMeansSettings(whitening=init.removeprefix("kmeans-"))
-        some = np.random.default_rng(seed).permutation(rows)[: settings.at_most]
-        kmeans.initialise(network, [views.cloud(row) for row in some], voxels, settings, seed)
+        clustering = kmeans.KMeansSettings(whitening=_WHITENINGS[init])
+        some = np.random.default_rng(seed).permutation(rows)[: clustering.at_most]
+        kmeans.set_first_filters(network, [views.cloud(row) for row in some], voxels, clustering, seed)
 
 
 def _cut(rows: np.ndarray) -> list[np.ndarray]:

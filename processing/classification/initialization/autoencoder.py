@@ -37,7 +37,7 @@ class AutoencoderSettings:
 
 
 def mirror(structure: str = BODY, code: int = 10) -> str:
-    """The auto-encoder's shorthand for a classifier's: its convolutions and poolings, FC(code), and the way back.
+    """The shorthand of an auto-encoder: a classifier's convolutions and poolings, FC(code), and the way back.
 
     UP(s) undoes a pooling by s and a stride of s; the last convolution has the grid's one channel (the thesis prints
     32). The classifier's dense layers are left out. Raises InvalidOption for a structure without convolutions.
@@ -74,24 +74,21 @@ class Autoencoder(nn.Module):
         encoder, channels, side = _volume(layers[:dense], 1, div)
         width, code = channels * side**3, layers[dense].size
         self.encoder = nn.Sequential(*encoder, nn.Flatten(), nn.Linear(width, code))
-        decoder, _, back = _volume(layers[dense + 1 :], channels, side)
+        decoder, _, back = _volume(layers[dense + 1 :], channels, side, last=convolutions[-1] - dense - 1)
         if back < div:
             problem = f"its way back ends at {back} of {div} voxels"
             raise InvalidOption(f"structure {structure}", problem, "give an UP(s) for every stride and pooling by s")
-        last = max(i for i, module in enumerate(decoder) if isinstance(module, nn.Conv3d))
-        del decoder[last + 1]  # its rectifier
         start = (nn.Linear(code, width), nn.ReLU(), nn.Unflatten(1, (channels, side, side, side)))
         self.decoder = nn.Sequential(*start, *decoder)
         self.div = div
         self.apply(glorot)
-        self.to(memory_format=torch.channels_last_3d)
+        self.to(memory_format=torch.channels_last_3d)  # type: ignore[call-overload]  # torch's stubs lack it
 
     def forward(self, grids: torch.Tensor) -> torch.Tensor:
-        """What the loss compares with the clean grids, (B, 1, div, div, div), of grids of the same shape."""
+        """The output that the loss compares with the clean grids, from noised grids; both are (B, 1, div, div, div)."""
         restored = self.decoder(self.encoder(grids.contiguous(memory_format=torch.channels_last_3d)))
-        return restored[
-            ..., : self.div, : self.div, : self.div
-        ]  # a side that a stride does not divide came back longer
+        shown = slice(self.div)  # a side that a stride does not divide came back longer
+        return restored[..., shown, shown, shown]
 
     @property
     def convolutions(self) -> list[nn.Conv3d]:
@@ -124,18 +121,18 @@ def pretrain(
             grids = batch.to(device)
             with torch.autocast(grids.device.type, torch.bfloat16, enabled=settings.bfloat16):
                 output = autoencoder(add_noise(grids, settings, generator))
-            error = loss(output.float(), grids, settings)
+            loss = measure_loss(output.float(), grids, settings)
             optimizer.zero_grad()
-            error.backward()
+            loss.backward()
             optimizer.step()
-            total, views = total + error.item() * len(grids), views + len(grids)
+            total, views = total + loss.item() * len(grids), views + len(grids)
         if report is not None:
             report(epoch, total / max(views, 1))
     return autoencoder
 
 
 def add_noise(grids: torch.Tensor, settings: AutoencoderSettings, generator: torch.Generator) -> torch.Tensor:
-    """Noised copies of grids (B, 1, div, div, div)."""
+    """Copies of grids (B, 1, div, div, div) with noise in them."""
     over = (1, 2, 3, 4)
     occupied = grids > 0
     share = occupied.float().mean(over, keepdim=True)
@@ -148,8 +145,8 @@ def add_noise(grids: torch.Tensor, settings: AutoencoderSettings, generator: tor
     return torch.where(~occupied & (drawn < _ADDED * settings.level * share), value, kept)
 
 
-def loss(output: torch.Tensor, grids: torch.Tensor, settings: AutoencoderSettings) -> torch.Tensor:
-    """How far the output is from the clean grids, the mean over all voxels."""
+def measure_loss(output: torch.Tensor, grids: torch.Tensor, settings: AutoencoderSettings) -> torch.Tensor:
+    """The loss of an output against the clean grids, both (B, 1, div, div, div): the mean over all voxels."""
     if settings.loss == "mse":
         return functional.mse_loss(output, grids)
     if settings.loss == "occupancy":
@@ -165,32 +162,36 @@ def hand_over(autoencoder: Autoencoder, network: Network) -> None:
     given, taken = autoencoder.convolutions, network.convolutions
     if [c.weight.shape for c in given] != [c.weight.shape for c in taken]:
         raise InvalidOption("auto-encoder", "its convolutions are not the network's", "pretrain the same structure")
-    with torch.no_grad():
-        for source, target in zip(given, taken, strict=True):
-            target.weight.copy_(source.weight)
-            target.bias.copy_(source.bias)
+    for source, target in zip(given, taken, strict=True):
+        target.load_state_dict(source.state_dict())
 
 
-def _volume(layers: tuple[Layer, ...], channels: int, side: int) -> tuple[list[nn.Module], int, int]:
-    """(modules, channels, side) of layers on volumes of so many channels and voxels a side."""
+def _volume(
+    layers: tuple[Layer, ...], channels: int, side: int, last: int | None = None
+) -> tuple[list[nn.Module], int, int]:
+    """(modules, channels, side) of layers on volumes of so many channels and voxels a side.
+
+    Each convolution has its rectifier, but for the layer at `last`.
+    """
     modules: list[nn.Module] = []
     factor = 1  # of an upsampling that the next layer takes in
-    for layer, after in zip(layers, (*layers[1:], None), strict=True):
+    for i, (layer, following) in enumerate(zip(layers, (*layers[1:], None), strict=True)):
+        rectifier = [] if i == last else [nn.ReLU()]
         if layer.kind == "UP":
-            factor = layer.size if after and after.kind == "C" and after.stride == 1 else 1
+            factor = layer.size if following and following.kind == "C" and following.stride == 1 else 1
             modules += [] if factor > 1 else [nn.Upsample(scale_factor=layer.size)]
             side *= layer.size
         elif layer.kind == "P":
             modules.append(nn.MaxPool3d(layer.size, ceil_mode=True))
             side = -(-side // layer.size)
         elif factor > 1:
-            modules += [UpsampledConvolution(channels, layer.size, layer.kernel, factor), nn.ReLU()]
+            modules += [UpsampledConvolution(channels, layer.size, layer.kernel, factor), *rectifier]
             channels, factor = layer.size, 1
         else:
             out = -(-side // layer.stride)
             missing = max((out - 1) * layer.stride + layer.kernel - side, 0)
             if missing % 2:  # the further voxel behind
                 modules.append(nn.ConstantPad3d((0, 1) * 3, 0.0))
-            modules += [nn.Conv3d(channels, layer.size, layer.kernel, layer.stride, missing // 2), nn.ReLU()]
+            modules += [nn.Conv3d(channels, layer.size, layer.kernel, layer.stride, missing // 2), *rectifier]
             channels, side = layer.size, out
     return modules, channels, side

@@ -14,6 +14,7 @@ from orbitscan.processing.features.keypoints import KeypointSettings, detect_key
 from orbitscan.recorder import cloud
 from orbitscan.recorder.exceptions import InvalidOption
 
+Kind = Literal["pca", "zca"]  # of whitening
 _STARTS = 3  # of k-means, the best of which counts
 
 
@@ -21,7 +22,7 @@ _STARTS = 3  # of k-means, the best of which counts
 class KMeansSettings:
     """How the first filters are found; where no section is named, the thesis leaves it open."""
 
-    whitening: Literal["pca", "zca"] = "pca"  # (3.25) or (3.26); table 5.4: PCA is the better one
+    whitening: Kind = "pca"  # (3.25) or (3.26); table 5.4: PCA is the better one
     floor: float = 1e-6  # eigenvalues below this share of the largest are taken for zero
     back_project: bool = False  # lead the centres back to voxels, where a whitened patch is compared with them
     at_most: int = 10_000  # patches
@@ -39,11 +40,11 @@ class Whitening:
     kept: int  # directions that are not mapped to zero
 
     def apply(self, patches: np.ndarray) -> np.ndarray:
-        """The whitened patches (P, d)."""
+        """Patches (P, d), whitened."""
         return (patches - self.mean) @ self.matrix.T
 
 
-def initialise(
+def set_first_filters(
     network: Network, views: Sequence[np.ndarray], voxels: VoxelSettings, settings: KMeansSettings, seed: int
 ) -> None:
     """Replace the weights of the network's first convolution by filters found in the views (N_i, 3), in place.
@@ -78,17 +79,18 @@ def first_filters(
         centres = KMeans(count, n_init=_STARTS, random_state=seed).fit(whitening.apply(found)).cluster_centers_
     if settings.back_project:
         centres = centres @ whitening.matrix  # their product with a centred patch is the one in the whitened space
-    glorot = np.sqrt(2 / ((1 + count) * kernel**3))
+    glorot_std = np.sqrt(2 / ((1 + count) * kernel**3))
     size = np.sqrt((centres**2).mean(axis=1, keepdims=True))
-    filters = glorot * centres / np.where(size > 0, size, 1)
+    filters = glorot_std * centres / np.where(size > 0, size, 1)
     return torch.from_numpy(filters.astype(np.float32)).reshape(count, 1, kernel, kernel, kernel)
 
 
 def collect(
     views: Sequence[np.ndarray], kernel: int, voxels: VoxelSettings, settings: KMeansSettings, seed: int
 ) -> np.ndarray:
-    """Normalised patches (P, k^3) of the views (N_i, 3), taken in random order, at most `at_most`."""
-    found, count = [np.empty((0, kernel**3))], 0
+    """Normalized patches (P, k^3) of the views (N_i, 3), taken in random order, at most `at_most`."""
+    found = [np.empty((0, kernel**3))]
+    count = 0
     for number in np.random.default_rng(seed).permutation(len(views)):
         points = np.asarray(views[number], np.float32)
         found.append(patches(points, voxel_grids(pack([points]), voxels)[0, 0].numpy(), kernel, settings.keypoints))
@@ -99,14 +101,14 @@ def collect(
 
 
 def patches(points: np.ndarray, grid: np.ndarray, kernel: int, settings: KeypointSettings) -> np.ndarray:
-    """Normalised patches (P, k^3) of the grid (div, div, div) about the keypoints of its points (N, 3) [m]."""
+    """Normalized patches (P, k^3) of the grid (div, div, div) about the keypoints of its points (N, 3) [m]."""
     clouds = pack([points])
     div, radius = len(grid), float(bounding_spheres(clouds)[1])
     unit = max(2 * radius / div, cloud.measure(points).resolution)
     if unit == 0:
         return np.empty((0, kernel**3))
     keypoints, _ = detect_keypoints(points, settings.salient_radius * unit, settings.non_max_radius * unit, settings)
-    return normalise(cut(grid, np.unique(voxel_indices(clouds, div).numpy()[keypoints], axis=0), kernel))
+    return normalize(cut(grid, np.unique(voxel_indices(clouds, div).numpy()[keypoints], axis=0), kernel))
 
 
 def cut(grid: np.ndarray, voxels: np.ndarray, kernel: int) -> np.ndarray:
@@ -117,13 +119,13 @@ def cut(grid: np.ndarray, voxels: np.ndarray, kernel: int) -> np.ndarray:
     return windows[tuple(voxels.T)].reshape(len(voxels), kernel**3)
 
 
-def normalise(patches: np.ndarray) -> np.ndarray:
-    """Each patch (P, d) less its mean, over its standard deviation (local intensity); constant ones are left out."""
+def normalize(patches: np.ndarray) -> np.ndarray:
+    """Patches (P, d) of mean 0 and standard deviation 1 (local intensity); constant ones are left out."""
     patches = patches[np.ptp(patches, axis=1) > 0]
     return (patches - patches.mean(axis=1, keepdims=True)) / patches.std(axis=1, keepdims=True)
 
 
-def whiten(patches: np.ndarray, kind: Literal["pca", "zca"], floor: float = 1e-6) -> Whitening:
+def whiten(patches: np.ndarray, kind: Kind, floor: float = 1e-6) -> Whitening:
     """The whitening of patches (P, d): L^-1/2 P^t (3.25) or P L^-1/2 P^t (3.26), for their covariance P L P^t.
 
     Eigenvalues, in falling order, below `floor` of the largest are mapped to zero.

@@ -22,10 +22,11 @@ class UpsampledConvolution(nn.Conv3d):
         self.register_buffer("sums", sums, persistent=False)
 
     def forward(self, volume: torch.Tensor) -> torch.Tensor:
-        """Volumes (B, filters, factor L, factor L, factor L) of volumes (B, channels, L, L, L)."""
+        """The upsampled and convolved volumes (B, filters, factor L, ...) of volumes (B, channels, L, L, L)."""
         n, c, s, taps, length = self.out_channels, self.in_channels, self.factor, 2 * self.reach + 1, volume.shape[-1]
         weight = torch.einsum("ncxyz,pax,qby,rdz->npqrcabd", self.weight, self.sums, self.sums, self.sums)
         weight = weight.reshape(n * s**3, c, taps, taps, taps).contiguous(memory_format=torch.channels_last_3d)
+        assert self.bias is not None
         places = functional.conv3d(volume, weight, self.bias.repeat_interleave(s**3), padding=self.reach)
         places = places.reshape(-1, n, s, s, s, length, length, length).permute(0, 5, 2, 6, 3, 7, 4, 1)
         return places.reshape(-1, s * length, s * length, s * length, n).permute(0, 4, 1, 2, 3)  # channels last

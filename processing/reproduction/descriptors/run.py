@@ -35,13 +35,13 @@ _WARM = 16  # views classified before the time is taken
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """Views of recordings."""
+    """Views chosen from recordings."""
 
     views: tuple[tuple[Session, int], ...]
 
     @property
     def categories(self) -> list[str]:
-        """What each shows."""
+        """The category that each view shows."""
         return [str(session.info.category) for session, _ in self.views]
 
     @property
@@ -51,7 +51,7 @@ class Choice:
         return hashlib.sha256(repr(names).encode()).hexdigest()
 
     def load(self) -> list[np.ndarray]:
-        """The points (N, 3) [m] of each in the camera's frame."""
+        """The points (N, 3) [m] of each view in its camera's frame."""
         return [session.load(index).points for session, index in self.views]
 
 
@@ -80,7 +80,7 @@ def choose(sessions: Sequence[Session], every: int, seed: int) -> tuple[Choice, 
 
 @dataclass(frozen=True, eq=False)
 class Matching:
-    """Tested views named by their descriptors' nearest among the known views'."""
+    """A run that names the tested views by their descriptors' nearest ones among the known views."""
 
     kind: Kind
     data: Data
@@ -91,12 +91,12 @@ class Matching:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """The name of its file."""
         return f"descriptors-{self.kind}-seed-{self.seed}"
 
     @property
     def key(self) -> dict[str, Any]:
-        """What its result depends on."""
+        """All that its result depends on, as JSON holds it."""
         return {
             "kind": self.kind,
             "views": self.data.fingerprint,
@@ -108,7 +108,7 @@ class Matching:
 
 @dataclass(frozen=True, eq=False)
 class Learning:
-    """Tested views named by a network that learns from all training views, or from the known ones alone."""
+    """A run that names the tested views by a network, learnt from all training views or from the known ones alone."""
 
     learns: Literal["all", "known"]
     data: Data
@@ -120,12 +120,12 @@ class Learning:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """The name of its file."""
         return f"descriptors-network-{self.learns}-seed-{self.seed}"
 
     @property
     def key(self) -> dict[str, Any]:
-        """What its result depends on."""
+        """All that its result depends on, as JSON holds it."""
         return {
             "learns": self.learns,
             "views": self.data.fingerprint,
@@ -138,7 +138,7 @@ class Learning:
 
 
 def match_once(task: Matching) -> dict[str, Any]:
-    """The share of the tested views that is named rightly, and the seconds for all of them."""
+    """Match the tested views: the share of them that is named rightly, and the seconds for all of them."""
     database = build_database(task.known.load(), task.known.categories, task.kind, task.settings)
     clouds = task.tested.load()
     started = time.process_time()  # of one thread: other work on the machine does not count
@@ -157,7 +157,10 @@ def match_once(task: Matching) -> dict[str, Any]:
 
 
 def learn_once(task: Learning) -> dict[str, Any]:
-    """The same of a network, points to categories; from few views it learns in as many batches as from all."""
+    """Train a network: the share of the tested views that it names rightly, and the seconds from points to names.
+
+    From few views it learns in as many batches as from all.
+    """
     views, settings = data.load(task.data), task.settings
     rows = data.split(views)
     if task.learns == "known":
@@ -165,6 +168,7 @@ def learn_once(task: Learning) -> dict[str, Any]:
         views = _gather(task.known, views.names)
         rows = Split(np.arange(len(views)), np.arange(len(views)), np.empty(0, np.int64))
     *_, model = train(views, rows, settings, seed=task.seed, device=task.device)
+    assert isinstance(model, files.Checkpoint)
     clouds = task.tested.load()
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.pt"
@@ -181,7 +185,7 @@ def learn_once(task: Learning) -> dict[str, Any]:
 
 
 def run_once(task: Matching | Learning) -> dict[str, Any]:
-    """What either kind of run reaches."""
+    """The result of a run of either kind."""
     return match_once(task) if isinstance(task, Matching) else learn_once(task)
 
 
@@ -200,7 +204,7 @@ def _share_right(names: Sequence[str | None], tested: Choice) -> float:
 
 
 def _gather(choice: Choice, names: tuple[str, ...]) -> LabelledViews:
-    """The chosen views to learn from: of each a session of its own."""
+    """The chosen views to learn from, each as a session of its own."""
     sessions = [
         in_memory(replace(session.info, views=1), [replace(session.load(index), index=0)])
         for session, index in choice.views

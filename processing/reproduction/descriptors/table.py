@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from orbitscan.processing.classification.descriptor_matching import Kind
-from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction import charts
+from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.descriptors.run import KNOWN, TESTED, Learning, Matching, choose, run_once
-from orbitscan.processing.reproduction.drawing import charts
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.reproduction.runs import keep
-from orbitscan.processing.reproduction.training import data, initialisations
-from orbitscan.processing.reproduction.training.initialisations import NAMES
+from orbitscan.processing.reproduction.training import data, initializations
+from orbitscan.processing.reproduction.training.initializations import NAMES
 from orbitscan.processing.reproduction.training.run import change_thesis, column
 
 THESIS: dict[Kind, tuple[float, int]] = {  # accuracy [%], seconds for TESTED views
@@ -23,6 +23,7 @@ THESIS: dict[Kind, tuple[float, int]] = {  # accuracy [%], seconds for TESTED vi
     "pfh": (89.87, 6049),
     "esf": (83.54, 15),
 }
+_BY_NAME = {kind.upper(): numbers for kind, numbers in THESIS.items()}  # as the rows name the descriptors
 THESIS_NETWORK_S = 0.1  # at most, on a GPU
 SAME = "Glorot, same test views"  # the network on what the descriptors name
 CONTROL = f"Glorot, {KNOWN} views each"  # and on what they know
@@ -32,18 +33,19 @@ _STAR = {"linestyle": "", "marker": "*", "markersize": 10, "color": "black", "ma
 
 
 def compare_descriptors(plan: Plan) -> Report:
-    """Accuracy and seconds of each way to name a view."""
-    networks = {NAMES[init]: runs for init, runs in initialisations.run_all(plan).items()}
+    """Table 5.3: accuracy and seconds of the network and of each descriptor."""
+    networks = {NAMES[init]: runs for init, runs in initializations.run_all(plan).items()}
     matched = _match_all(plan)
     rows = _tabulate(networks, matched)
     return Report(
         "table-5.3",
         "Networks against descriptors",
         rows,
-        [_describe(matched), *_claim(networks, matched), _rank(rows)],
-        {"table-5.3": _draw(networks | matched, rows)},
-        {"known_views_of_a_category": KNOWN, "tested_views": matched[SAME][0]["tested"], "threads": 1},
-        [name for name in rows[0] if not name.endswith(("_measured", "_gpu"))],
+        said=[_describe(matched), _rank(matched)],
+        claims=_claim(networks, matched),
+        figures={"table-5.3": _draw(networks | matched, rows)},
+        settings={"known_views_of_a_category": KNOWN, "tested_views": matched[SAME][0]["tested"], "threads": 1},
+        shown=[name for name in rows[0] if not name.endswith(("_measured", "_gpu"))],
     )
 
 
@@ -62,19 +64,21 @@ def _match_all(plan: Plan) -> Runs:
     results = keep(plan, run_once, tasks, "Matching descriptors, and networks on the same views")
     names = [*(kind.upper() for kind in slowest), SAME, CONTROL]
     runs = {name: results[i :: len(names)] for i, name in enumerate(names)}
-    return {name: runs[name] for name in (*(kind.upper() for kind in THESIS), SAME, CONTROL)}
+    return {name: runs[name] for name in (*_BY_NAME, SAME, CONTROL)}
 
 
-def _tabulate(networks: Runs, matched: Runs) -> list[dict[str, Any]]:
+def _tabulate(networks: Runs, matched: Runs) -> list[Row]:
     """A row for each classifier: the means over the runs; networks of one structure take one time."""
     network = f"< {THESIS_NETWORK_S} (GPU)"
     rows = [
-        _row(name, runs, matched[SAME], "all", initialisations.THESIS[init][0], network)
+        _row(name, runs, matched[SAME], "all", initializations.THESIS[init][0], network)
         for (name, runs), init in zip(networks.items(), NAMES, strict=True)
     ]
     for name, runs in matched.items():
-        accuracy, seconds = THESIS.get(name.lower(), (None, None))  # type: ignore[call-overload]
-        rows.append(_row(name, runs, runs, str(runs[0]["tested"]), accuracy, seconds and str(seconds)))
+        accuracy, seconds = _BY_NAME.get(name, (None, None))
+        rows.append(
+            _row(name, runs, runs, str(runs[0]["tested"]), accuracy, seconds if seconds is None else str(seconds))
+        )
     return rows
 
 
@@ -85,8 +89,7 @@ def _row(
     tested: str,
     thesis_accuracy: float | None,
     thesis_seconds: str | None,
-) -> dict[str, Any]:
-    on_gpu = timed[0].get("gpu_seconds") is not None
+) -> Row:
     return {
         "classifier": name,
         "known_views": timed[0]["known"],
@@ -94,7 +97,7 @@ def _row(
         "accuracy_percent": _mean(runs, "accuracy", 100),
         "thesis_accuracy_percent": thesis_accuracy,
         SECONDS: float(np.mean(_scale(timed))),
-        f"{SECONDS}_gpu": float(np.mean(_scale(timed, "gpu_seconds"))) if on_gpu else None,
+        f"{SECONDS}_gpu": _scale_gpu(timed),
         "thesis_seconds": thesis_seconds,
         "seconds_measured": _mean(timed, "seconds"),
         "views_measured": timed[0]["tested"],
@@ -102,7 +105,7 @@ def _row(
 
 
 def _describe(matched: Runs) -> str:
-    """What each classifier had to know and to name."""
+    """Which views each classifier knew and named, in words."""
     network, tested = matched[SAME][0], matched[SAME][0]["tested"]
     few = matched["SHOT"][0]["known"]
     scaled = "" if tested == TESTED else f"; the seconds are scaled to {TESTED}"
@@ -115,11 +118,11 @@ def _describe(matched: Runs) -> str:
     )
 
 
-def _claim(networks: Runs, matched: Runs) -> list[str]:
-    """The thesis's orders, step by step, by accuracy and by seconds, and what our controls say of it."""
+def _claim(networks: Runs, matched: Runs) -> list[Claim]:
+    """The thesis's orders by accuracy and by seconds, each step a claim, and our controls."""
     accuracy = {name: column(runs, "accuracy", 100) for name, runs in (networks | matched).items()}
     seconds = {name: _scale(runs) for name, runs in matched.items()}
-    order, slowest = ([kind.upper() for kind in sorted(THESIS, key=lambda k: -THESIS[k][i])] for i in (0, 1))
+    order, slowest = (sorted(_BY_NAME, key=lambda name: -_BY_NAME[name][i]) for i in (0, 1))
     ours = "Our control, no claim of the thesis: "
     accurate = [(f"The network from {name} is more accurate than SHOT", name, "SHOT") for name in networks]
     accurate += [(f"{better} is more accurate than {worse}", better, worse) for better, worse in pairwise(order)]
@@ -130,21 +133,20 @@ def _claim(networks: Runs, matched: Runs) -> list[str]:
     slow = [(f"{slower} takes longer than {faster}", slower, faster) for slower, faster in pairwise(slowest)]
     slow.append((f"{slowest[-1]} takes longer than the network", slowest[-1], SAME))
     return [
-        *(str(compare(text, accuracy[a], accuracy[b], "points")) for text, a, b in accurate),
-        *(str(compare(text, seconds[a], seconds[b], "s")) for text, a, b in slow),
+        *(compare(text, accuracy[a], accuracy[b], "points") for text, a, b in accurate),
+        *(compare(text, seconds[a], seconds[b], "s") for text, a, b in slow),
     ]
 
 
-def _rank(rows: Sequence[dict[str, Any]]) -> str:
+def _rank(matched: Runs) -> str:
     """The descriptors by seconds, here and in the thesis."""
-    seconds = {row["classifier"]: row[SECONDS] for row in rows if row["classifier"].lower() in THESIS}
-    here = sorted(seconds, key=seconds.__getitem__)
-    thesis = sorted(seconds, key=lambda name: THESIS[name.lower()][1])
-    network = next(row for row in rows if row["classifier"] == SAME)
-    gpu = network[f"{SECONDS}_gpu"]
+    seconds = {name: float(np.mean(_scale(matched[name]))) for name in (*_BY_NAME, SAME)}
+    here = sorted(_BY_NAME, key=seconds.__getitem__)
+    thesis = sorted(_BY_NAME, key=lambda name: _BY_NAME[name][1])
+    gpu = _scale_gpu(matched[SAME])
     return (
         f"From fast to slow: {', '.join(here)}; in the thesis: {', '.join(thesis)}. For {TESTED} views {here[0]} takes "
-        f"{seconds[here[0]]:.3g} s, the network {network[SECONDS]:.2g} s on one thread"
+        f"{seconds[here[0]]:.3g} s, the network {seconds[SAME]:.2g} s on one thread"
         + (f" and {gpu:.2g} s on the GPU." if gpu else ".")
     )
 
@@ -154,11 +156,16 @@ def _scale(runs: Sequence[dict[str, Any]], key: str = "seconds") -> list[float]:
     return [run[key] * TESTED / run["tested"] for run in runs]
 
 
+def _scale_gpu(runs: Sequence[dict[str, Any]]) -> float | None:
+    """The mean seconds on the GPU for as many views as the thesis's; None where nothing ran on one."""
+    return None if runs[0].get("gpu_seconds") is None else float(np.mean(_scale(runs, "gpu_seconds")))
+
+
 def _mean(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> float:
     return float(np.mean(column(runs, key, factor)))
 
 
-def _draw(runs: Runs, rows: Sequence[dict[str, Any]]) -> charts.Figure:
+def _draw(runs: Runs, rows: Sequence[Row]) -> charts.Figure:
     figure, ((accuracy, seconds),) = charts.new_figure(1, 2, width=9, height=4)
     charts.draw_boxes(
         accuracy,
@@ -176,7 +183,7 @@ def _draw(runs: Runs, rows: Sequence[dict[str, Any]]) -> charts.Figure:
     if gpu:
         style = {"markerfacecolor": "white", "color": charts.COLORS[0]} | dots
         seconds.plot([value for _, value in gpu], [i for i, _ in gpu], "s", label="GPU", **style)
-    given = [(i, THESIS[name.lower()][1]) for i, name in enumerate(runs) if name.lower() in THESIS]
+    given = [(i, _BY_NAME[name][1]) for i, name in enumerate(runs) if name in _BY_NAME]
     seconds.plot([value for _, value in given], [i for i, _ in given], **_STAR)
     below = [i for i, row in enumerate(rows) if str(row["thesis_seconds"]).startswith("<")]
     seconds.plot(

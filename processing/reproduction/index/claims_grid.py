@@ -6,11 +6,15 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from orbitscan.processing.reproduction.verdicts import VERDICTS
+from orbitscan.processing.reproduction.claims import Claim, Verdict
 from orbitscan.processing.review import entities
 
-VERDICT_COLORS = dict(zip(VERDICTS, (entities.GOOD_COLOR, entities.BAD_COLOR, entities.ENTROPY_COLOR), strict=True))
-MARKS = dict(zip(VERDICTS, ("yes", "no", "?"), strict=True))  # no colour alone tells what another does not
+_COLORS = {
+    Verdict.HOLDS: entities.GOOD_COLOR,
+    Verdict.FAILS: entities.BAD_COLOR,
+    Verdict.OPEN: entities.ENTROPY_COLOR,
+}
+_MARKS = {Verdict.HOLDS: "yes", Verdict.FAILS: "no", Verdict.OPEN: "?"}  # for those who do not tell the colours apart
 _PIXELS = 24  # of a cell
 _GAP = 2
 _NAMES = 4.5  # cells for a study's name
@@ -18,17 +22,17 @@ _LIFT = 0.25  # of a cell: a label is drawn below its point
 _COLUMNS = 10  # a study with more claims goes on in the next row
 
 
-def draw_claims(verdicts: Mapping[str, Sequence[str]]) -> dict[str, rr.AsComponents]:
-    """What is logged below the grid's entity, by name; the verdicts of each study's claims, by its name."""
-    rows = _break_rows(verdicts)
+def draw_claims(claims: Mapping[str, Sequence[Claim]]) -> dict[str, rr.AsComponents]:
+    """The grid of each study's claims, given by the study's name: what to log below its entity, by name."""
+    rows = _break_rows(claims)
     image = np.full((len(rows) * _PIXELS, _COLUMNS * _PIXELS, 3), entities.BACKGROUND, np.uint8)
     places, marks = [], []
     for row, (_, found) in enumerate(rows):
-        for column, verdict in enumerate(found):
+        for column, claim in enumerate(found):
             top, left = row * _PIXELS + _GAP, column * _PIXELS + _GAP
-            image[top : top + _PIXELS - 2 * _GAP, left : left + _PIXELS - 2 * _GAP] = VERDICT_COLORS[verdict]
+            image[top : top + _PIXELS - 2 * _GAP, left : left + _PIXELS - 2 * _GAP] = _COLORS[claim.verdict]
             places.append((column + 0.5, row + 0.5 - _LIFT))
-            marks.append(MARKS[verdict])
+            marks.append(_MARKS[claim.verdict])
     names = {row: name for row, (name, _) in enumerate(rows) if name}
     return {
         "cells": rr.Image(image),
@@ -37,9 +41,9 @@ def draw_claims(verdicts: Mapping[str, Sequence[str]]) -> dict[str, rr.AsCompone
     }
 
 
-def view_claims(origin: str, verdicts: Mapping[str, Sequence[str]]) -> rrb.Spatial2DView:
-    """The view of the grid that is drawn at `origin`."""
-    rows = len(_break_rows(verdicts))
+def view_claims(origin: str, claims: Mapping[str, Sequence[Claim]]) -> rrb.Spatial2DView:
+    """The view of the grid of these claims, whose entity is `origin`."""
+    rows = len(_break_rows(claims))
     return rrb.Spatial2DView(
         origin=origin,
         name="Claims of the thesis: green holds, red does not, grey cannot be told",
@@ -50,11 +54,11 @@ def view_claims(origin: str, verdicts: Mapping[str, Sequence[str]]) -> rrb.Spati
     )
 
 
-def _break_rows(verdicts: Mapping[str, Sequence[str]]) -> list[tuple[str, Sequence[str]]]:
-    """Each row's name, '' where it goes on with the study above, and its verdicts; one row at least."""
-    rows = [
+def _break_rows(claims: Mapping[str, Sequence[Claim]]) -> list[tuple[str, Sequence[Claim]]]:
+    """Each row's name, '' where it goes on with the study above, and its claims; one row at least."""
+    rows: list[tuple[str, Sequence[Claim]]] = [
         (name if start == 0 else "", found[start : start + _COLUMNS])
-        for name, found in verdicts.items()
+        for name, found in claims.items()
         for start in range(0, len(found), _COLUMNS)
     ]
     return rows or [("", [])]

@@ -1,10 +1,11 @@
 """A study's rows as the cells of a table: headings with units, numbers with as many digits as mean something."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-Value = str | int | float | None
+from orbitscan.processing.reproduction.report import Row, Value
+
 THESIS = "thesis_"  # begins the name of a column that holds the thesis's numbers
 UNKNOWN = "–"
 _UNITS = {"percent": "%", "deg": "°", "mm": "mm", "m": "m", "s": "s", "ms": "ms", "nats": "nats"}
@@ -15,7 +16,7 @@ _WIDEST_SPAN = 3  # powers of ten from smallest to largest, beyond which each nu
 
 @dataclass(frozen=True)
 class Column:
-    """A column in words."""
+    """A column of a table as it is shown."""
 
     name: str  # as in the rows
     heading: str
@@ -24,8 +25,8 @@ class Column:
     is_thesis: bool
 
 
-def lay_out_columns(rows: Sequence[Mapping[str, Value]]) -> list[Column]:
-    """The columns of the rows, the thesis's beside ours: its numbers as it gives them, ours with no fewer decimals."""
+def lay_out_columns(rows: Sequence[Row]) -> list[Column]:
+    """The columns of the rows, each of the thesis's beside ours, whose numbers have no fewer decimals than its."""
     names = list(rows[0]) if rows else []
     return [
         Column(
@@ -49,12 +50,12 @@ def name_column(name: str) -> str:
 
 
 def is_number(value: object) -> bool:
-    """Whether it is a finite number, and not yes or no."""
+    """Whether a value is a finite number; True and False are none."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def write_value(value: Value, decimals: int | None = None) -> str:
-    """A value as a cell; `decimals` of a float, None: three significant digits."""
+    """A value as the text of a cell; a float has so many decimals, or three significant digits where they are None."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
@@ -81,10 +82,11 @@ def _count_decimals(values: Sequence[Value]) -> int:
     return max((len(number.partition(".")[2]) for number in written if "e" not in number), default=0)
 
 
-def _choose_decimals(rows: Sequence[Mapping[str, Value]], name: str) -> int | None:
-    """Decimals of a column's floats; None where they are too far apart for one number."""
+def _choose_decimals(rows: Sequence[Row], name: str) -> int | None:
+    """How many decimals a column's floats have; None where they are too far apart for one number of them."""
     given = _count_decimals([row.get(THESIS + _plain(name)) for row in rows])
-    sizes = [abs(row[name]) for row in rows if isinstance(row[name], float) and is_number(row[name]) and row[name]]
+    values = [row[name] for row in rows]
+    sizes = [abs(value) for value in values if isinstance(value, float) and math.isfinite(value) and value]
     if name.startswith(THESIS) or not sizes:
         return given
     largest, smallest = math.floor(math.log10(max(sizes))), math.floor(math.log10(min(sizes)))

@@ -6,40 +6,36 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import rerun.blueprint as rrb
 
+from orbitscan.processing.reproduction.claims import Verdict
 from orbitscan.processing.reproduction.index.claims_grid import view_claims
 from orbitscan.processing.reproduction.index.columns import name_column
-from orbitscan.processing.reproduction.index.study import Curve, StudyReview, collect_verdicts
-from orbitscan.processing.reproduction.verdicts import VERDICTS
+from orbitscan.processing.reproduction.index.study import Curve, StudyReview, collect_claims
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.entities import entity_path
+from orbitscan.processing.review.stream import make_blueprint
 
 SHARED_TIMELINE = "step_or_view"  # the viewer plots over one timeline at a time: here all curves are on it
-HEADINGS = dict(zip(VERDICTS, ("Holds", "Does not hold", "Cannot be told"), strict=True))
 _EYE = np.array([0.8, 0.8, 0.7])  # from an object's centre, in its sizes
 _WIDE = 1.7  # width to height of a figure below which its words stand, not beside it
 
 
 def lay_out(groups: Mapping[str, Sequence[StudyReview]]) -> rrb.Blueprint:
-    """The claims in the first tab, then a tab for each group, with one for each study."""
+    """The blueprint: a tab for the claims, then one for each group, with a tab for each of its studies."""
     tabs = [rrb.Tabs(*map(_view_study, group), name=name) for name, group in groups.items() if group]
     studies = [study for group in groups.values() for study in group]
     curves = any(study.curves for study in studies)
-    return rrb.Blueprint(
+    return make_blueprint(
         rrb.Tabs(_view_summary(studies), *tabs, active_tab=0),
         rrb.TimePanel(state="collapsed", timeline=SHARED_TIMELINE) if curves else rrb.TimePanel(state="hidden"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
     )
 
 
 def _view_summary(studies: Sequence[StudyReview]) -> rrb.Horizontal:
-    lists = [rrb.TextDocumentView(origin=entity_path("summary", "lists", v), name=HEADINGS[v]) for v in VERDICTS]
+    lists = [rrb.TextDocumentView(origin=entity_path("summary", "lists", v), name=v.capitalize()) for v in Verdict]
     return rrb.Horizontal(
         rrb.Vertical(
             rrb.TextDocumentView(origin="/summary/run", name="What was run"),
-            view_claims("/summary/claims", collect_verdicts(studies)),
+            view_claims("/summary/claims", collect_claims(studies)),
             row_shares=[2, 3],
         ),
         *lists,
@@ -57,10 +53,10 @@ def _view_study(study: StudyReview) -> rrb.Container:
         rrb.Spatial2DView(origin=study.figure_path(name), name=name, background=(255, 255, 255))
         for name in study.figures
     ]
-    shown = [*figures, *_view_models(study)]
-    below = [rrb.Horizontal(*words)]
+    shown: list[rrb.View | rrb.Container] = [*figures, *_view_models(study)]
+    below: list[rrb.Container] = [rrb.Horizontal(*words)]
     if curves := study.curves:
-        below = [_view_curves(study, curves), rrb.Horizontal(*words)]
+        below.insert(0, _view_curves(study, curves))
     if not shown:
         return rrb.Vertical(*below, name=study.name)
     picture = shown[0] if len(shown) == 1 else rrb.Tabs(*shown)
@@ -69,7 +65,7 @@ def _view_study(study: StudyReview) -> rrb.Container:
     return rrb.Horizontal(picture, rrb.Vertical(*words), column_shares=[3, 2], name=study.name)
 
 
-def _view_models(study: StudyReview) -> list[rrb.Container]:
+def _view_models(study: StudyReview) -> list[rrb.Horizontal]:
     """A tab for each object, its models side by side, seen from one place."""
     tabs = []
     for thing, models in study.models.items():

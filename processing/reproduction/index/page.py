@@ -10,15 +10,15 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
-from orbitscan.processing.reproduction.claims import FEWEST_RUNS
+from orbitscan.processing.reproduction.claims import FEWEST_RUNS, Verdict, conclude, count_verdicts
 from orbitscan.processing.reproduction.index.columns import Column, lay_out_columns, name_column
-from orbitscan.processing.reproduction.verdicts import VERDICTS, Statement, conclude, count_verdicts
+from orbitscan.processing.reproduction.report import SavedReport
 
-MARKS = dict(zip(VERDICTS, ("✓", "✗", "?"), strict=True))
+_MARKS = {Verdict.HOLDS: "✓", Verdict.FAILS: "✗", Verdict.OPEN: "?"}
 _ROWS = 12  # of a table shown whole
 _FIRST_ROWS = 6  # of a longer one
 _MOST_ROWS = 500  # the rest is in the CSV file alone
-_FACTS = {  # what was run -> its words
+_FACTS = {  # what was run, a field of SavedReport -> its words
     "data": "Data",
     "fraction": "Share of the thesis's views",
     "runs": "Runs of each training",
@@ -28,31 +28,30 @@ _FACTS = {  # what was run -> its words
     "machine": "Machine",
     "versions": "Versions",
 }
-Study = dict[str, Any]  # a report's JSON
 
 
-def render_page(studies: Sequence[Study], missing: Sequence[str], folder: Path) -> str:
+def render_page(studies: Sequence[SavedReport], missing: Sequence[str], folder: Path) -> str:
     """The page of the studies in a folder; `missing`: the names of those that were not run."""
     sections = [_lay_out(study, folder) for study in studies]
-    counts = count_verdicts(sentence for study in studies for sentence in study["said"])
+    counts = count_verdicts(claim for study in studies for claim in study.claims)
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     template = environment.from_string(files(__package__).joinpath("page.html").read_text(encoding="utf-8"))
     return template.render(
         sections=sections,
         counts=counts,
         conclusion=conclude(counts),
-        marks=MARKS,
+        marks=_MARKS,
         facts=state_facts(studies),
         missing=missing,
-        few_runs=FEWEST_RUNS if any(study["runs"] < FEWEST_RUNS for study in studies) else None,
+        few_runs=FEWEST_RUNS if any(study.runs < FEWEST_RUNS for study in studies) else None,
         first_rows=_FIRST_ROWS,
         most_rows=_MOST_ROWS,
     )
 
 
-def state_facts(studies: Sequence[Study]) -> dict[str, list[tuple[str, str]]]:
-    """What was run: each fact in words, with the studies of which it holds; '' for all, or all others."""
-    commands = list(dict.fromkeys(shorten_command(study["command"]) for study in studies))
+def state_facts(studies: Sequence[SavedReport]) -> dict[str, list[tuple[str, str]]]:
+    """What was run: each fact in words, with the studies for which it holds; '' stands for all, or all others."""
+    commands = list(dict.fromkeys(shorten_command(study.command) for study in studies))
     command = commands[0] if len(commands) == 1 else f"{len(commands)} of them, each beside its numbers"
     return {"Command": [(command, "")]} | {words: _state_fact(studies, key) for key, words in _FACTS.items()}
 
@@ -71,21 +70,20 @@ def number(name: str) -> str:
     return name.replace("study-", "study of ").replace("-", " ").capitalize()
 
 
-def _lay_out(study: Study, folder: Path) -> dict[str, Any]:
+def _lay_out(study: SavedReport, folder: Path) -> dict[str, Any]:
     """What the template shows of a study."""
-    columns = lay_out_columns(study["rows"])
-    statements = [Statement.read(sentence) for sentence in study["said"]]
-    pictures = [(name, folder / f"{name}.png") for name in study["figures"]]
-    names = [study["name"], *study["figures"]]
+    columns = lay_out_columns(study.rows)
+    pictures = [(name, folder / f"{name}.png") for name in study.figures]
+    names = [study.name, *study.figures]
     beside = [f"{name}.{ending}" for name in dict.fromkeys(names) for ending in ("csv", "json", "svg", "png")]
-    rows = len(study["rows"])
+    rows = len(study.rows)
     return {
-        "name": study["name"],
-        "number": number(study["name"]),
-        "title": study["title"],
-        "said": [statement for statement in statements if statement.verdict is None],
-        "claims": [statement for statement in statements if statement.verdict],
-        "counts": count_verdicts(study["said"]),
+        "name": study.name,
+        "number": number(study.name),
+        "title": study.title,
+        "said": study.said,
+        "claims": study.claims,
+        "counts": count_verdicts(study.claims),
         "figures": [
             {"source": _inline(path), "words": _describe_figure(study, columns), "number": number(name)}
             for name, path in pictures
@@ -95,8 +93,8 @@ def _lay_out(study: Study, folder: Path) -> dict[str, Any]:
         "rows": rows,
         "shown_rows": rows if rows <= _ROWS else _FIRST_ROWS,
         "files": [name for name in beside if (folder / name).exists()],
-        "command": shorten_command(study["command"]),
-        "settings": {name_column(key): _write(value) for key, value in study["settings"].items()},
+        "command": shorten_command(study.command),
+        "settings": {name_column(key): _write(value) for key, value in study.settings.items()},
     }
 
 
@@ -104,19 +102,20 @@ def _inline(picture: Path) -> str:
     return "data:image/png;base64," + base64.b64encode(picture.read_bytes()).decode("ascii")
 
 
-def _describe_figure(study: Study, columns: Sequence[Column]) -> str:
+def _describe_figure(study: SavedReport, columns: Sequence[Column]) -> str:
     """What a figure shows to those who do not see it: what is drawn of what, and what the study says."""
     drawn = [column.heading for column in columns if column.is_number]
     of = [column.heading for column in columns if not column.is_number]
-    words = f"{study['title']}: {', '.join(drawn) or 'pictures'}"
+    words = f"{study.title}: {', '.join(drawn) or 'pictures'}"
     words += f" by {', '.join(of)}" if of and drawn else ""
-    return f"{words}. {study['said'][0]}" if study["said"] else f"{words}."
+    told = [*study.said, *map(str, study.claims)]
+    return f"{words}. {told[0]}" if told else f"{words}."
 
 
-def _state_fact(studies: Sequence[Study], key: str) -> list[tuple[str, str]]:
+def _state_fact(studies: Sequence[SavedReport], key: str) -> list[tuple[str, str]]:
     found: dict[str, list[str]] = {}
     for study in studies:
-        found.setdefault(_write(study[key]), []).append(number(study["name"]))
+        found.setdefault(_write(getattr(study, key)), []).append(number(study.name))
     most = max(found, key=lambda fact: len(found[fact]))
     return [(most, ""), *((fact, ", ".join(names)) for fact, names in found.items() if fact != most)]
 

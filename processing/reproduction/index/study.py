@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from orbitscan.processing.reproduction.claims import Claim
 from orbitscan.processing.reproduction.index.columns import THESIS, is_number
-from orbitscan.processing.reproduction.verdicts import Statement
+from orbitscan.processing.reproduction.report import SavedReport
 from orbitscan.processing.review.entities import entity_path
 
 Cloud = tuple[np.ndarray, np.ndarray | None]  # points (N, 3), z up; colours (N, 3) uint8
@@ -18,7 +19,7 @@ _LINES = "method"  # the label that tells lines apart, where a study has several
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity as it goes on."""
+    """A quantity over steps of a training or over views."""
 
     plot: str  # of which it is a line: an object's name; '' where all lines are in one plot
     quantity: str  # as the column is named, with its unit
@@ -30,49 +31,48 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class StudyReview:
-    """A study as it is shown."""
+    """A study with what its recording shows of it."""
 
-    report: Mapping[str, Any]  # its JSON
+    report: SavedReport
     figures: Mapping[str, bytes] = field(default_factory=dict)  # PNG, by name
     frames: Sequence[Mapping[str, Any]] = ()  # rows whose curves are shown; none: the report's
     models: Mapping[str, Mapping[str, Cloud]] = field(default_factory=dict)  # by object, then by method
 
     @property
     def name(self) -> str:
-        """As the command names it."""
-        return self.report["name"]
+        """The study's name, as the command has it."""
+        return self.report.name
 
     @property
     def origin(self) -> str:
-        """The entity that all of it is below."""
+        """The entity below which all of the study is logged."""
         return entity_path("studies", self.name)
 
     @property
     def curves(self) -> list[Curve]:
-        """Of its frames or else its rows."""
-        return find_curves(self.frames or self.report["rows"])
+        """The curves of its frames, or else of its rows."""
+        return find_curves(self.frames or self.report.rows)
 
     def figure_path(self, name: str) -> str:
-        """The entity of a figure."""
+        """The entity of a figure, by its name."""
         return entity_path("studies", self.name, "figures", name)
 
     def model_path(self, thing: str, method: str) -> str:
-        """The entity of a model."""
+        """The entity of the model of a thing by a method."""
         return entity_path("studies", self.name, "models", thing, method)
 
     def plot_path(self, plot: str, quantity: str) -> str:
-        """The entity that the lines of a plot are below, as they are named."""
+        """The entity below which the lines of a plot are logged, each by its name."""
         return entity_path("studies", self.name, "curves", plot or "all", quantity)
 
 
-def collect_verdicts(studies: Sequence[StudyReview]) -> dict[str, list[str]]:
-    """The verdicts of each study that has any, by name."""
-    found = {s.name: [Statement.read(sentence).verdict for sentence in s.report["said"]] for s in studies}
-    return {name: told for name, verdicts in found.items() if (told := [v for v in verdicts if v])}
+def collect_claims(studies: Sequence[StudyReview]) -> dict[str, list[Claim]]:
+    """The claims of each study that has any, by the study's name."""
+    return {study.name: study.report.claims for study in studies if study.report.claims}
 
 
 def find_timeline(rows: Sequence[Mapping[str, Any]]) -> str | None:
-    """The column of the rows that counts steps or views; None where nothing goes on along one."""
+    """The column that counts steps or views; None where no quantity changes along one."""
     return next((name for name in TIMELINES if rows and name in rows[0] and _name_quantities(rows, name)), None)
 
 

@@ -1,15 +1,14 @@
 """The index of a reproduction: all its studies on one page, and in one Rerun recording."""
 
-import json
 from pathlib import Path
 
 from orbitscan.processing.reproduction import STUDIES
-from orbitscan.processing.reproduction.index.page import Study, render_page, state_facts
-from orbitscan.processing.reproduction.index.recording import write_reproduction
+from orbitscan.processing.reproduction.index.page import render_page, state_facts
+from orbitscan.processing.reproduction.index.rerun_recording import write_reproduction
 from orbitscan.processing.reproduction.index.study import StudyReview
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.registration.files import read_frames, read_models
-from orbitscan.processing.reproduction.report import FORMAT_VERSION
+from orbitscan.processing.reproduction.registration.run import read_frames, read_models
+from orbitscan.processing.reproduction.report import SavedReport, read
 from orbitscan.recorder.atomic import write_whole
 from orbitscan.recorder.exceptions import InvalidOption
 
@@ -24,48 +23,38 @@ def write_index(plan: Plan) -> list[Path]:
     """
     studies = read_studies(plan.folder)
     page, recording = plan.folder / "index.html", plan.folder / "reproduction.rrd"
-    missing = [name for name in STUDIES if name not in {study["name"] for study in studies}]
+    missing = [name for name in STUDIES if name not in {study.name for study in studies}]
     write_reproduction(recording, _group(studies, plan.folder), _describe_run(studies))
     write_whole(page, render_page(studies, missing, plan.folder))
     return [page, recording]
 
 
-def read_studies(folder: Path) -> list[Study]:
+def read_studies(folder: Path) -> list[SavedReport]:
     """The reports in a folder, in the thesis's order. Raises InvalidOption for none, or one that is none."""
     paths = [folder / f"{name}.json" for name in STUDIES]
-    studies = [_read(path) for path in paths if path.exists()]
+    studies = [read(path) for path in paths if path.exists()]
     if not studies:
         raise InvalidOption(folder, "holds no table or figure yet", "make one: orbitscan reproduce table-5.2 -o DIR")
     return studies
 
 
-def _read(path: Path) -> Study:
-    try:
-        study = json.loads(path.read_text(encoding="utf-8"))
-        if study["format_version"] == FORMAT_VERSION and study["name"] == path.stem:
-            return study
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
-    raise InvalidOption(path, "is no report of this version", f"make it again: orbitscan reproduce {path.stem} -o DIR")
-
-
-def _group(studies: list[Study], folder: Path) -> dict[str, list[StudyReview]]:
-    """The studies with what is drawn of them, by what they are about."""
+def _group(studies: list[SavedReport], folder: Path) -> dict[str, list[StudyReview]]:
+    """The studies with what their recording shows of them, by group."""
     groups: dict[str, list[StudyReview]] = {}
     for study in studies:
-        module = STUDIES[study["name"]].split(".")[0]
-        pictures = {name: folder / f"{name}.png" for name in study["figures"]}
+        module = STUDIES[study.name].split(".")[0]
+        pictures = {name: folder / f"{name}.png" for name in study.figures}
         review = StudyReview(
             study,
             figures={name: path.read_bytes() for name, path in pictures.items() if path.exists()},
-            frames=read_frames(folder) if study["name"] == FRAMES else (),
-            models=read_models(folder) if study["name"] == MODELS else {},
+            frames=read_frames(folder) if study.name == FRAMES else (),
+            models=read_models(folder) if study.name == MODELS else {},
         )
         groups.setdefault(GROUPS.get(module, "Classification"), []).append(review)
     return groups
 
 
-def _describe_run(studies: list[Study]) -> str:
+def _describe_run(studies: list[SavedReport]) -> str:
     """What was run, as Markdown."""
     return "\n".join(
         f"- {name}: {'; '.join(f'{fact} in {where}' if where else fact for fact, where in stated)}"

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.overlap.run import METHODS
 from orbitscan.processing.reproduction.overlap.trials import OVERLAPS, Trial, choose, interval, mean, within
 
@@ -61,8 +61,8 @@ def _draw_map(axes: charts.Axes, trials: Sequence[Trial], azimuths: Sequence[int
     for (i, j), share in np.ndenumerate(shares):
         color = "white" if share > 50 else "black"
         axes.text(j, i, f"{share:.0f}", ha="center", va="center", color=color, fontsize=8)
-    axes.set_xticks(range(len(azimuths)), azimuths)
-    axes.set_yticks(range(len(starts)), starts)
+    axes.set_xticks(range(len(azimuths)), list(map(str, azimuths)))
+    axes.set_yticks(range(len(starts)), list(map(str, starts)))
     axes.set(xlabel="views apart [degrees]", ylabel="turn of the start [degrees]")
     axes.set_title(f"{trials[0]['method']}: success [%]", fontsize=9)
     axes.grid(visible=False)

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.errors import with_errors
 from orbitscan.processing.pipeline import process
+from orbitscan.processing.reproduction.registration.run import IDENTITY, IDENTITY_SETTINGS
 from orbitscan.processing.results.records import PairEstimate, SessionResult
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import poses
@@ -19,17 +20,15 @@ from orbitscan.recorder.session import Session, SessionInfo, View, in_memory
 from orbitscan.recorder.simulation import objects
 from orbitscan.recorder.simulation.camera import simulate
 
-IDENTITY = "identity + refiner"  # our control: `pairwise` without any feature
 METHODS = ("icp", "ransac_icp", IDENTITY, "pairwise")
 STEP_DEG = 10  # between the views of the circle; azimuths are multiples of it
 FIRST_DEG = 37.0  # from one run's first view to the next run's
 GATE_SHARE = 0.01  # of the diameter: so near another view's point, a point is overlapped
-_STARTS = ("identity",)
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """Two views of an object, so far apart; registered from every start."""
+    """Two views of an object, `azimuth_deg` apart, to be registered from every start."""
 
     what: str
     azimuth_deg: int
@@ -38,18 +37,18 @@ class Pairs:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """The name of its file."""
         return f"overlap-{self.what}-{self.azimuth_deg}-seed-{self.seed}"
 
     @property
     def key(self) -> dict[str, Any]:
-        """What its result depends on."""
+        """All that its result depends on, as JSON holds it."""
         how = {"study": "overlap", "step_deg": STEP_DEG, "first_deg": FIRST_DEG, "overlap_gate": GATE_SHARE}
         return asdict(self) | how | {"settings": asdict(Settings())}
 
 
 def register_pairs(task: Pairs) -> dict[str, Any]:
-    """The overlap, the diameter [m], and a trial for each start and method: what it estimates, and how far off."""
+    """Register a pair: its overlap, the diameter [m], and for each start and method a trial with status and errors."""
     circle = simulate(task.what, views=360 // STEP_DEG, seed=task.seed, start_deg=FIRST_DEG * task.seed)
     low, high = objects.build(task.what, 1).bounds
     diameter = float(np.linalg.norm(high - low))
@@ -64,7 +63,7 @@ def register_pairs(task: Pairs) -> dict[str, Any]:
 
 
 def pair_up(circle: Session, source: int, turn_deg: float) -> Session:
-    """View 0 and a source view whose camera is rolled about the ray to the middle of what it sees.
+    """A session of view 0 and a source view whose camera is rolled about the ray to the middle of what it sees.
 
     Of all axes it is the one that leaves the cloud's middle and its sensor, which free space is told from, where they
     are: only the start's angle changes. The view's own motion adds to it (see `start_error_deg` of a trial): where
@@ -98,11 +97,10 @@ def _start_error_deg(session: Session) -> float:
 
 
 def _register(session: Session, seed: int) -> Iterator[tuple[str, PairEstimate]]:
-    """The pair by each method, by nothing but the page; the truth comes after it."""
-    identity = replace(Settings(), pair=replace(Settings().pair, starts=_STARTS))
+    """Each method's name and its estimate of the pair; the truth is used afterwards, for the errors alone."""
     for settings, methods, named in (
         (Settings(), ("icp", "ransac_icp", "pairwise"), {}),
-        (identity, ("pairwise",), {"pairwise": IDENTITY}),
+        (IDENTITY_SETTINGS, ("pairwise",), {"pairwise": IDENTITY}),
     ):
         estimates = process(session.views(), session.info, settings, methods, seed)
         *_, result = with_errors(estimates, session.truth())
@@ -112,7 +110,7 @@ def _register(session: Session, seed: int) -> Iterator[tuple[str, PairEstimate]]
 
 
 def _describe(pair: PairEstimate) -> dict[str, Any]:
-    """Its status and errors, None where there is no estimate; observable ones without the motions it declares free."""
+    """The status and errors of a pair, None without an estimate; observable ones leave out motions declared free."""
     errors = pair.errors
     return {
         "status": pair.status,

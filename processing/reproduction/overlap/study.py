@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.reproduction.claims import FEWEST_RUNS, Claim, compare
+from orbitscan.processing.reproduction.claims import Claim, Verdict, compare
 from orbitscan.processing.reproduction.overlap.drawing import draw_success
 from orbitscan.processing.reproduction.overlap.run import GATE_SHARE, METHODS, Pairs, register_pairs
 from orbitscan.processing.reproduction.overlap.trials import (
@@ -21,10 +21,10 @@ from orbitscan.processing.reproduction.overlap.trials import (
     within,
 )
 from orbitscan.processing.reproduction.plan import Plan
+from orbitscan.processing.reproduction.registration.run import OBJECTS
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.reproduction.runs import keep
 
-OBJECTS = ("bin", "statue", "helicopter", "robot", "vacuum_cleaner")  # thesis 5.2
 AZIMUTHS_DEG = (10, 20, 30, 40, 60, 80, 100, 120, 150, 180)
 STARTS_DEG = (0, 30, 60, 90, 180)
 _COARSE_BELOW = 0.2  # of the plan's fraction: each third azimuth, and two starts
@@ -36,7 +36,7 @@ OFTEN = 0.9
 
 
 def vary_overlap(plan: Plan) -> Report:
-    """Success of each method against the overlap of two views and the angle of the start."""
+    """How often each method succeeds, by the overlap of two views and the angle of the start."""
     coarse = plan.fraction < _COARSE_BELOW
     azimuths, starts = (AZIMUTHS_DEG[1::3], (0, 90)) if coarse else (AZIMUTHS_DEG, STARTS_DEG)
     tasks = [Pairs(what, azimuth, starts, seed) for seed in plan.seeds for what in OBJECTS for azimuth in azimuths]
@@ -45,14 +45,10 @@ def vary_overlap(plan: Plan) -> Report:
         "study-overlap",
         "Success against overlap and starting angle",
         list(_tabulate(trials, azimuths, starts)),
-        [
-            *(str(_independence(method, trials)) for method in METHODS),
-            *(_reach(method, trials) for method in METHODS),
-            _by_object(trials),
-            _false(trials),
-        ],
-        {"study-overlap": draw_success(trials, _near(trials), choose(trials, method=THESIS), azimuths, starts)},
-        {
+        said=[*(_describe_reach(method, trials) for method in METHODS), _compare_objects(trials), _count_wrong(trials)],
+        claims=[_claim_independence(method, trials) for method in METHODS],
+        figures={"study-overlap": draw_success(trials, _near(trials), choose(trials, method=THESIS), azimuths, starts)},
+        settings={
             "wrong_beyond_deg": MOST_DEG,
             "wrong_beyond_diameters": MOST_SHARE,
             "overlap_gate_diameters": GATE_SHARE,
@@ -114,8 +110,11 @@ def _near(trials: Sequence[Trial]) -> list[Trial]:
     return [trial for trial in trials if trial["azimuth_deg"] <= NEAR_DEG]
 
 
-def _independence(method: str, trials: Sequence[Trial]) -> Claim:
-    """Whether turned starts succeed as often as unturned ones, run by run, on the same pairs of near views."""
+def _claim_independence(method: str, trials: Sequence[Trial]) -> Claim:
+    """The claim that turned starts succeed as often as unturned ones, run by run, on the same pairs of near views.
+
+    It holds where the interval of the difference stays within SAME_POINTS and the method works at all.
+    """
     near = _near(choose(trials, method=method))
     runs = sorted({trial["run"] for trial in near})
     unturned, turned = (
@@ -127,16 +126,17 @@ def _independence(method: str, trials: Sequence[Trial]) -> Claim:
         f"one ({np.mean(unturned):.0f} %), views up to {NEAR_DEG} degrees apart"
     )
     claim = compare(text, unturned, turned, "points from the unturned")
-    if len(runs) < FEWEST_RUNS:
+    if claim.interval is None:
         return claim
+    low, high = claim.interval
     works = max(np.mean(unturned), np.mean(turned)) >= 100 * WORKS
-    same = works and max(abs(claim.low), abs(claim.high)) <= SAME_POINTS
-    differs = claim.low > 0 or claim.high < 0
-    return replace(claim, verdict="holds" if same else "does not hold" if differs else "cannot be told")
+    same = works and max(abs(low), abs(high)) <= SAME_POINTS
+    differs = low > 0 or high < 0
+    return replace(claim, verdict=Verdict.HOLDS if same else Verdict.FAILS if differs else Verdict.OPEN)
 
 
-def _reach(method: str, trials: Sequence[Trial]) -> str:
-    """Down to which overlap a method succeeds often, and at least half of the time, all larger overlaps included."""
+def _describe_reach(method: str, trials: Sequence[Trial]) -> str:
+    """Down to which overlap a method succeeds often, and at least half of the time, in words."""
     own = choose(trials, method=method)
     often, half = (_least_overlap(own, share) for share in (OFTEN, WORKS))
     return f"{method} succeeds in {100 * OFTEN:.0f} % of the trials {often}, in {100 * WORKS:.0f} % {half}."
@@ -152,8 +152,8 @@ def _least_overlap(trials: Sequence[Trial], share: float) -> str:
     return "nowhere" if least is None else f"down to {least} % overlap"
 
 
-def _by_object(trials: Sequence[Trial]) -> str:
-    """Down to which overlap the thesis's method succeeds half of the time, of each object."""
+def _compare_objects(trials: Sequence[Trial]) -> str:
+    """Down to which overlap the thesis's method succeeds half of the time, by object, in words."""
     said = [
         f"{what.replace('_', ' ')} {_least_overlap(choose(trials, method=THESIS, object=what), WORKS)}"
         for what in OBJECTS
@@ -161,8 +161,8 @@ def _by_object(trials: Sequence[Trial]) -> str:
     return f"{THESIS} succeeds in {100 * WORKS:.0f} % of the trials, by object: {', '.join(said)}."
 
 
-def _false(trials: Sequence[Trial]) -> str:
-    """How often a pose that is called ok is wrong."""
+def _count_wrong(trials: Sequence[Trial]) -> str:
+    """How often a pose that is called ok is wrong, in words."""
     said = []
     for method in METHODS:
         found = choose(trials, method=method, status="ok")

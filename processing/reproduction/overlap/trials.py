@@ -16,7 +16,7 @@ Trial = dict[str, Any]
 
 
 def collect(results: Sequence[dict[str, Any]], tasks: Sequence[Pairs]) -> list[Trial]:
-    """All trials, each with its object, azimuth, run and overlap, and judged."""
+    """The trials of all tasks, each with its object, azimuth, run and overlap, and judged."""
     return [
         {"object": task.what, "azimuth_deg": task.azimuth_deg, "run": task.seed, "overlap": result["overlap"]}
         | trial
@@ -27,7 +27,7 @@ def collect(results: Sequence[dict[str, Any]], tasks: Sequence[Pairs]) -> list[T
 
 
 def judge(trial: Trial, diameter: float) -> dict[str, bool]:
-    """Success, and whether it is wrong in what it claims: `ok`, after the motions it declares free."""
+    """Whether a trial succeeds, and whether it is `ok` but wrong beyond the motions that it declares free."""
     observable = _near(trial["observable_deg"], trial["observable_m"], diameter)
     return {
         "success": _near(trial["error_deg"], trial["error_m"], diameter),
@@ -40,22 +40,22 @@ def _near(degrees: float | None, metres: float | None, diameter: float) -> bool:
 
 
 def choose(trials: Sequence[Trial], **values: Any) -> list[Trial]:
-    """Those of the given values."""
+    """The trials that have all the given values."""
     return [trial for trial in trials if all(trial[key] == value for key, value in values.items())]
 
 
 def within(trials: Sequence[Trial], low: int, high: int) -> list[Trial]:
-    """Those of so much overlap [%]; all of it belongs to the highest."""
+    """The trials whose overlap [%] lies from `low` to below `high`; 100 belongs to the highest interval."""
     return [trial for trial in trials if low <= 100 * trial["overlap"] < (high if high < 100 else np.inf)]
 
 
 def mean(trials: Sequence[Trial], key: str) -> float:
-    """Of one of their numbers."""
+    """The mean of one of the trials' numbers."""
     return float(np.mean([trial[key] for trial in trials]))
 
 
 def interval(trials: Sequence[Trial]) -> tuple[float, float]:
-    """Wilson's of the success [%], trials taken for independent."""
+    """Wilson's interval of the success [%], the trials taken for independent."""
     successes = sum(trial["success"] for trial in trials)
     found = binomtest(successes, len(trials)).proportion_ci(CONFIDENCE, method="wilson")
     return 100 * found.low, 100 * found.high

@@ -1,22 +1,24 @@
 """Counts against occupancy in the voxels: the thesis's reason for (3.20), which it never measured."""
 
+from typing import Literal
+
 import numpy as np
 
 from orbitscan.processing.classification.voxels import VoxelSettings
 from orbitscan.processing.reproduction.claims import compare
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.report import Report
-from orbitscan.processing.reproduction.training.initialisations import draw_run_boxes
+from orbitscan.processing.reproduction.report import Report, Row
+from orbitscan.processing.reproduction.training.initializations import draw_run_boxes
 from orbitscan.processing.reproduction.training.run import column, run_trainings
 
-VALUES = ("counts", "occupancy")
+VALUES: tuple[Literal["counts", "occupancy"], ...] = ("counts", "occupancy")
 
 
 def compare_values(plan: Plan) -> Report:
-    """Accuracy, loss and overfitting of the best structure on either kind of grid."""
+    """A study of accuracy, loss and overfitting of the best structure on grids of counts and of occupancy."""
     changes = [{"voxels": VoxelSettings(values=values)} for values in VALUES]
     runs = dict(zip(VALUES, run_trainings(plan, changes, "Training on counts and occupancy"), strict=True))
-    rows = [
+    rows: list[Row] = [
         {
             "voxels hold": values,
             "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
@@ -36,4 +38,4 @@ def compare_values(plan: Plan) -> Report:
         compare("Counts have a smaller loss than occupancy", column(occupancy, "loss"), column(counts, "loss"), "nats"),
     ]
     figure = draw_run_boxes(runs, width=8)
-    return Report("study-counts", "Counts against occupancy", rows, list(map(str, claims)), {"study-counts": figure})
+    return Report("study-counts", "Counts against occupancy", rows, claims=claims, figures={"study-counts": figure})

@@ -6,8 +6,8 @@ The example's probabilities are not at hand. Those here are ours, chosen so that
 import numpy as np
 import torch
 
-from orbitscan.processing.classification.training import classification_loss
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.classification.losses import classification_loss
+from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
 
@@ -23,13 +23,15 @@ BASE = 3  # as many as there are classes: to this base a guess among them costs 
 
 
 def work_example(plan: Plan) -> Report:
-    """Two classifiers that are right equally often, and the cross-entropy that tells them apart."""
+    """Table 5.2: two classifiers that are right equally often, and the cross-entropy that tells them apart."""
     losses = {name: cross_entropies(given, CLASSES) for name, given in PROBABILITIES.items()}
     rows = [row for place, name in enumerate(losses) for row in _tabulate(name, losses[name], place)]
     sums = [float(values.sum()) for values in losses.values()]
     settings = {"classes": CLASSES.tolist(), "probabilities": {k: v.tolist() for k, v in PROBABILITIES.items()}}
     said = [*_compare(sums), *_explain(), _check(sums)]
-    return Report("table-5.2", "An example of cross-entropy", rows, said, {"table-5.2": _draw(losses)}, settings)
+    return Report(
+        "table-5.2", "An example of cross-entropy", rows, said, figures={"table-5.2": _draw(losses)}, settings=settings
+    )
 
 
 def cross_entropies(probabilities: np.ndarray, classes: np.ndarray) -> np.ndarray:
@@ -76,7 +78,7 @@ def _tabulate(name: str, losses: np.ndarray, place: int) -> list[Row]:
 
 
 def _compare(sums: list[float]) -> list[str]:
-    """What our example shows."""
+    """What our example shows, in words."""
     first, second = (int((given.argmax(axis=1) == CLASSES).sum()) for given in PROBABILITIES.values())
     told = "cannot tell them apart" if first == second else "tells them apart too"
     return [
@@ -87,7 +89,7 @@ def _compare(sums: list[float]) -> list[str]:
 
 
 def _explain() -> list[str]:
-    """What the thesis's four numbers say by themselves."""
+    """What the thesis's four numbers say by themselves, in words."""
     ratios = [a / b for a, b in zip(PRINTED, BY_FORMULA, strict=True)]
     low, high = find_base(PRINTED, BY_FORMULA)
     said = f"The thesis prints {ratios[0]:.4f} and {ratios[1]:.4f} times what its formula gives"
@@ -103,7 +105,7 @@ def _explain() -> list[str]:
 
 
 def _check(sums: list[float]) -> str:
-    """Whether our example gives the thesis's numbers."""
+    """Whether our example gives the thesis's numbers, in words."""
     based = [value / float(np.log(BASE)) for value in sums]
     nats, printed = (
         np.allclose(found, thesis, rtol=0, atol=0.51 * digit)
@@ -116,7 +118,7 @@ def _check(sums: list[float]) -> str:
 
 
 def _draw(losses: dict[str, np.ndarray]) -> charts.Figure:
-    """A bar for each classifier, its samples one after the other, the thesis's sums on it."""
+    """A figure with a bar for each classifier, its samples one after the other, the thesis's sums on it."""
     figure, ((axes,),) = charts.new_figure(width=7, height=3.2)
     places = np.arange(len(losses))
     starts = np.zeros(len(losses))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -24,14 +24,14 @@ from orbitscan.recorder.sources import washington
 
 @dataclass(frozen=True)
 class Data:
-    """Labelled views in a file."""
+    """A file of labelled views."""
 
     path: Path
     fingerprint: str  # of the views
 
 
 def provide(plan: Plan) -> Data:
-    """The views of a plan, gathered once: each `plan.every`-th of every circle of thesis table 3.1.
+    """The views of a plan, gathered once: every n-th one of each circle of thesis table 3.1, n being `plan.every`.
 
     Raises InvalidOption where the dataset lacks a category, and what recording or reading raises.
     """
@@ -51,16 +51,16 @@ def provide(plan: Plan) -> Data:
 
 
 def save(views: LabelledViews, path: Path, source: str) -> None:
-    """Write views, whole or not at all, with a word on where they are from. Raises UnwritableOutput."""
+    """Write views, whole or not at all, with the name of their source. Raises UnwritableOutput."""
     content = io.BytesIO()
-    columns = {f.name: np.asarray(getattr(views, f.name)) for f in fields(views)}
+    columns: dict[str, Any] = {f.name: np.asarray(getattr(views, f.name)) for f in fields(views)}
     np.savez(content, source=source, fingerprint=views.fingerprint, **columns)
     write_whole(path, content.getvalue())
 
 
 @lru_cache(maxsize=1)
 def load(data: Data) -> LabelledViews:
-    """The views in the file; kept, since a process does many runs on the same."""
+    """The views in the file; the last ones read stay in memory, since a process does many runs on them."""
     with np.load(data.path) as file:
         columns = {f.name: file[f.name] for f in fields(LabelledViews)}
     return LabelledViews(**columns | {"names": tuple(columns["names"].tolist())})
@@ -91,7 +91,7 @@ def _find_circles(dataset: Path) -> list[Session]:
     if not dataset.is_dir():
         raise InvalidOption(dataset, "no such folder", "name the Washington dataset's folder of point clouds")
     found = [s for s in washington.sessions(dataset, CaptureOptions()) if s.info.category in corpus.INSTANCES]
-    categories: Iterable[str] = {session.info.category for session in found}
+    categories = {session.info.category for session in found}
     if missing := [name for name in corpus.INSTANCES if name not in categories]:
         raise InvalidOption(dataset, f"holds no {missing[0]}", "name the Washington dataset's folder of point clouds")
     return found

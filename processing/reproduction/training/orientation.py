@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.reproduction.claims import compare
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction import charts
+from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.reproduction.training import data
-from orbitscan.processing.reproduction.training.initialisations import describe_starts, draw_run_boxes, draw_run_curves
+from orbitscan.processing.reproduction.training.initializations import describe_starts, draw_run_boxes, draw_run_curves
 from orbitscan.processing.reproduction.training.run import column, run_trainings, tabulate_curves, tabulate_runs
 from orbitscan.recorder.exceptions import InvalidOption, Wording
 
@@ -21,7 +21,8 @@ def run_all(plan: Plan) -> dict[str, list[dict[str, Any]]]:
     """The runs without and with the orientation head. Raises InvalidOption where no view's place on a turn is known."""
     if np.isnan(data.load(data.provide(plan)).turns).all():
         problem = "does not say where a turn ends, so the side that is seen is not known"
-        raise InvalidOption(plan.dataset, problem, Wording("leave {dataset} out for figures 5.3 to 5.5"))
+        whose = plan.dataset or "the virtual corpus"
+        raise InvalidOption(whose, problem, Wording("leave {dataset} out for figures 5.3 to 5.5"))
     changes = [{"epochs": EPOCHS, "orientation": head} for head in (False, True)]
     found = run_trainings(plan, changes, "Training without and with the orientation")
     return dict(zip((WITHOUT, WITH), found, strict=True))
@@ -35,23 +36,27 @@ def draw_boxes(plan: Plan) -> Report:
         "figure-5.3",
         "The orientation head: the runs",
         tabulate_runs(runs, "network"),
-        _claim(runs),
-        {"figure-5.3": figure},
+        claims=_claim(runs),
+        figures={"figure-5.3": figure},
     )
 
 
 def draw_curves(plan: Plan) -> Report:
-    """Figure 5.4: the same while they are trained."""
+    """Figure 5.4: accuracy, loss and overfitting while the networks are trained."""
     runs = run_all(plan)
     rows = tabulate_curves(runs, "network")
     figure = draw_run_curves(runs)
     return Report(
-        "figure-5.4", "The orientation head: the training", rows, describe_starts(runs), {"figure-5.4": figure}
+        "figure-5.4",
+        "The orientation head: the training",
+        rows,
+        said=[describe_starts(runs)],
+        figures={"figure-5.4": figure},
     )
 
 
 def draw_confusions(plan: Plan) -> Report:
-    """Figure 5.5: what the test views are taken for, all runs together."""
+    """Figure 5.5: which categories the test views are taken for, all runs together."""
     runs = run_all(plan)
     names = data.load(data.provide(plan)).names
     counts = {name: np.sum([run["confusion"] for run in found], axis=0) for name, found in runs.items()}
@@ -65,11 +70,11 @@ def draw_confusions(plan: Plan) -> Report:
         for i, line in enumerate(matrix)
     ]
     said = [_describe_confusion(name, matrix, names) for name, matrix in counts.items()]
-    return Report("figure-5.5", "The orientation head: confusion", rows, said, {"figure-5.5": figure})
+    return Report("figure-5.5", "The orientation head: confusion", rows, said, figures={"figure-5.5": figure})
 
 
-def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[str]:
-    """(3.27): what is known of the side never makes the category less sure."""
+def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[Claim]:
+    """The claims that the second output (3.27) makes the first one more accurate, surer and less overfitted."""
     with_head, without = runs[WITH], runs[WITHOUT]
     claims = (
         ("With the orientation the category is told more accurately", "accuracy", 100.0, "points"),
@@ -77,7 +82,7 @@ def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[str]:
         ("With the orientation there is less overfitting", "overfitting", -1.0, "nats"),
     )
     return [
-        str(compare(text, column(with_head, key, factor), column(without, key, factor), unit))
+        compare(text, column(with_head, key, factor), column(without, key, factor), unit)
         for text, key, factor, unit in claims
     ]
 

@@ -33,14 +33,14 @@ class Training:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """The name of its file."""
         how = self.settings
         side = "-orientation" if how.orientation else ""
         return f"{how.init}-{how.voxels.values}{side}-{how.epochs}-epochs-seed-{self.seed}"
 
     @property
     def key(self) -> dict[str, Any]:
-        """What its result depends on."""
+        """All that its result depends on, as JSON holds it."""
         return {
             "views": self.data.fingerprint,
             "settings": asdict(self.settings),
@@ -51,7 +51,7 @@ class Training:
 
 
 def train_once(task: Training) -> dict[str, Any]:
-    """What a training reaches: scores after the last epoch, its curve, the confusion matrix, seconds."""
+    """Do a training: its scores after the last epoch, its curve, the confusion matrix and the seconds it took."""
     views = data.load(task.data)
     started = time.perf_counter()
     records = list(train(views, data.split(views), task.settings, seed=task.seed, device=task.device, curve=task.curve))
@@ -72,12 +72,12 @@ def train_once(task: Training) -> dict[str, Any]:
 
 
 def change_thesis(change: Mapping[str, Any]) -> TrainingSettings:
-    """The thesis's training of its best structure, but for what is named."""
+    """The settings of the thesis's training of its best structure, with the given ones changed."""
     return replace(THESIS, **({"structure": BEST} | dict(change)))
 
 
 def run_trainings(plan: Plan, changes: Sequence[dict[str, Any]], what: str) -> list[list[dict[str, Any]]]:
-    """For each change of the thesis's settings the results of all runs, in the order of the plan's seeds.
+    """The results of all runs for each change of the thesis's settings, in the order of the plan's seeds.
 
     The best structure's runs have their curve, so that all studies share them.
     """
@@ -93,12 +93,12 @@ def run_trainings(plan: Plan, changes: Sequence[dict[str, Any]], what: str) -> l
 
 
 def column(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> list[float]:
-    """One number of every run."""
+    """One of the numbers of every run, times a factor."""
     return [factor * run[key] for run in runs]
 
 
 def curves(named: Mapping[str, Sequence[dict[str, Any]]], key: str, factor: float = 1.0) -> dict[str, np.ndarray]:
-    """One curve of every run, (runs, steps), by name."""
+    """One of the curves of every run, (runs, steps), by name, times a factor."""
     return {name: factor * np.array([run["curve"][key] for run in runs]) for name, runs in named.items()}
 
 

@@ -10,7 +10,7 @@ from orbitscan.recorder.simulation import corpus
 
 
 def open_instances(plan: Plan) -> dict[str, list[Session]]:
-    """By category the circle of each instance before the lowest camera. Raises InvalidOption as the dataset's reader.
+    """The circles of all instances before the lowest camera, by category. Raises what the dataset's reader raises.
 
     A virtual view is the same as the corpus's: it depends on its circle and its place in the turn alone.
     """
@@ -22,12 +22,12 @@ def open_instances(plan: Plan) -> dict[str, list[Session]]:
         sessions = data.open_circles(plan)
     found: dict[str, dict[str, Session]] = {category: {} for category in corpus.INSTANCES}
     for session in sorted(sessions, key=lambda session: session.info.elevation_deg or 0.0):
-        found[session.info.category].setdefault(session.info.instance, session)
+        found[str(session.info.category)].setdefault(str(session.info.instance), session)
     return {category: [instances[i] for i in sorted(instances, key=int)] for category, instances in found.items()}
 
 
 def take_view(session: Session, share: float) -> View:
-    """The view at so large a share (0 to 1) of the circle, or the next one that shows something.
+    """The view at a share (0 to 1) of the circle, or the next one that shows something.
 
     Raises InvalidOption where there is none, and what loading raises.
     """

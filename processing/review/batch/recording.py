@@ -13,7 +13,7 @@ from orbitscan.processing.review import entities
 from orbitscan.processing.review.batch.confusion import describe_confusion, log_confusion, view_confusion
 from orbitscan.processing.review.curves import ROUNDING
 from orbitscan.processing.review.markdown import in_mm, number, write_table
-from orbitscan.processing.review.stream import whole_recording
+from orbitscan.processing.review.stream import make_blueprint, make_document, whole_recording
 
 SHOWN_ROWS = 100  # of the table: the worst
 _RANK = "worst_first"  # the timeline: recordings from the worst, 0, to the best
@@ -32,8 +32,8 @@ def write_batch(path: Path, name: str, rows: Sequence[Row], confusion: Confusion
     methods = methods_of(rows)
     known = any(_errors(rows, method, key).size for method in methods for _, key, _ in _ERRORS.values())
     with whole_recording(path, name, _lay_out(known, confusion)) as stream:
-        stream.log("/summary", _document("\n".join(_summarize(name, rows, methods, confusion))), static=True)
-        stream.log("/table", _document("\n".join(_tabulate(rows))), static=True)
+        stream.log("/summary", make_document("\n".join(_summarize(name, rows, methods, confusion))), static=True)
+        stream.log("/table", make_document("\n".join(_tabulate(rows))), static=True)
         for entity, style, times, values in (*_distributions(rows, methods), *_over_recordings(rows, methods)):
             stream.log(entity, style, static=True)
             stream.send_columns(entity, [times], rr.Scalars.columns(scalars=values))
@@ -177,7 +177,7 @@ def _lay_out(known: bool, confusion: Confusion | None) -> rrb.Blueprint:
     if confusion is not None:
         plots.append(view_confusion(len(confusion.names)))
     columns = rrb.TextLogColumns(timeline_columns=[_RANK], text_log_columns=["loglevel", "body"])
-    return rrb.Blueprint(
+    return make_blueprint(
         rrb.Vertical(
             rrb.Tabs(*plots),
             rrb.Horizontal(
@@ -190,10 +190,6 @@ def _lay_out(known: bool, confusion: Confusion | None) -> rrb.Blueprint:
             row_shares=[1, 1],
         ),
         rrb.TimePanel(state="collapsed", timeline=_RANK, play_state="following"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
     )
 
 
@@ -204,7 +200,3 @@ def _plot(origin: str, title: str) -> rrb.TimeSeriesView:
         plot_legend=rrb.Corner2D.RightTop,
         interaction=rrb.PlotInteraction(points_display="Always"),
     )
-
-
-def _document(markdown: str) -> rr.TextDocument:
-    return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)

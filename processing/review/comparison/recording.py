@@ -22,7 +22,7 @@ from orbitscan.processing.review.comparison.words import (
 from orbitscan.processing.review.curves import ROUNDING
 from orbitscan.processing.review.entities import entity_path
 from orbitscan.processing.review.markdown import write_table
-from orbitscan.processing.review.stream import whole_recording
+from orbitscan.processing.review.stream import make_blueprint, make_document, whole_recording
 
 SHOWN_SESSIONS = 6  # of a batch, the worst: each with both models
 SHOWN_VIEWS = 40  # of a session's table of changes
@@ -43,7 +43,7 @@ def write_comparison(path: Path, found: Comparison, a: Path, b: Path) -> None:
     runs = {s.name: [read_results(side / s.name if batch else side) for side in (a, b)] for s in sessions}
     size = sum(_POINT_BYTES * len(run.model[0]) for pair in runs.values() for run in pair if run.model is not None)
     with whole_recording(path, f"comparison-{path.stem}", _lay_out(sessions, runs, batch), size + (4 << 20)) as stream:
-        stream.log("/summary", _document(_summarize(found)), static=True)
+        stream.log("/summary", make_document(_summarize(found)), static=True)
         for session in sessions:
             _log_session(stream, session, *runs[session.name])
 
@@ -60,7 +60,7 @@ def _summarize(found: Comparison) -> str:
 
 def _log_session(stream: rr.RecordingStream, session: SessionComparison, a: ResultsFolder, b: ResultsFolder) -> None:
     origin = entity_path(session.name)
-    stream.log(f"{origin}/words", _document(describe_session(session, SHOWN_VIEWS)), static=True)
+    stream.log(f"{origin}/words", make_document(describe_session(session, SHOWN_VIEWS)), static=True)
     for side, run in zip(_SIDES, (a, b), strict=True):
         if run.model is not None:
             points, colors = run.model
@@ -105,13 +105,9 @@ def _lay_out(
 ) -> rrb.Blueprint:
     summary = rrb.TextDocumentView(origin="/summary", name="Summary")
     tabs = [_lay_out_session(session.name, *runs[session.name]) for session in sessions]
-    return rrb.Blueprint(
+    return make_blueprint(
         rrb.Tabs(summary, *tabs) if batch else tabs[0],
         rrb.TimePanel(state="collapsed", timeline=entities.VIEW_TIMELINE, play_state="following"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
     )
 
 
@@ -176,7 +172,3 @@ def _color(method: str, side: str) -> entities.Color:
         color = (1 - _PALE) * color + _PALE * np.array(entities.ENTROPY_COLOR)
     r, g, b = color.round().astype(int).tolist()
     return r, g, b
-
-
-def _document(markdown: str) -> rr.TextDocument:
-    return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)

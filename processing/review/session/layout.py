@@ -20,6 +20,7 @@ from orbitscan.processing.review.entities import (
 )
 from orbitscan.processing.review.session.scene import Scene
 from orbitscan.processing.review.session.shading import Shading
+from orbitscan.processing.review.stream import make_blueprint
 from orbitscan.processing.timing import STAGES
 
 HIDDEN = rrb.PlotLegend(visible=False)  # colours mean the same in every plot: the first of a tab tells them
@@ -68,7 +69,7 @@ def lay_out(
         *([_classes(categories)] if categories else []),
         _timing(methods),
     ]
-    return rrb.Blueprint(
+    return make_blueprint(
         rrb.Horizontal(
             rrb.Tabs(*objects, *wholes, *graph, *([_matches(scene)] if matched else [])),
             rrb.Vertical(
@@ -84,10 +85,6 @@ def lay_out(
             column_shares=[5, 4],
         ),
         rrb.TimePanel(state="collapsed", timeline=VIEW_TIMELINE, fps=4.0, play_state="following"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
     )
 
 

@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from orbitscan.processing.classification.evaluation import EpochRecord, StepRecord, predict
+from orbitscan.processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
 from orbitscan.processing.classification.labelled_views import gather, split_views
+from orbitscan.processing.classification.losses import classification_loss, orientation_labels, orientation_loss
 from orbitscan.processing.classification.training import (
     RUNS,
     THESIS,
     TrainingSettings,
-    classification_loss,
-    orientation_labels,
-    orientation_loss,
     train,
 )
 from orbitscan.processing.classification.voxels import VoxelSettings
@@ -164,7 +162,8 @@ def test_other_things_are_learnt_to_be_unknown():
     settings = replace(SMALL, structure="C(8,3)-P(2)-FC(2)", epochs=12)
     split = split_views(views, "last")
     *_, model = train(views, split, settings)
-    logits = predict(model.network(), views, np.arange(len(views)), settings.voxels)
+    evaluator = Evaluator(views, np.zeros((len(views), 2)), settings.voxels)
+    logits = evaluator.predict(model.network(), np.arange(len(views)))
     energy = np.logaddexp.reduce(logits, axis=1)
     assert np.median(energy[views.categories == -1]) < np.quantile(energy[views.categories >= 0], 0.05)
 

@@ -6,6 +6,7 @@ from importlib import import_module
 import pytest
 
 from orbitscan.processing.reproduction import STUDIES, find
+from orbitscan.processing.reproduction.claims import compare
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.recorder.exceptions import InvalidOption
 from tests.command import run
@@ -57,6 +58,7 @@ def test_a_study_is_printed_and_its_files_are_named(orbitscan, tmp_path):
     content = json.loads((tmp_path / "out" / "table-5.2.json").read_text())
     assert content["command"] == "orbitscan reproduce table-5.2 -o out"
     assert all(sentence in out for sentence in content["said"])
+    assert content["claims"] == []
     assert all((tmp_path / name).is_file() for name in out.split("See ")[1].strip().split(", "))
 
 
@@ -65,13 +67,14 @@ def test_a_study_that_fails_does_not_stop_the_others(orbitscan, tmp_path, monkey
         raise InvalidOption("here", "goes nothing", "go elsewhere")
 
     def succeed(plan):
-        return Report("table-5.2", "A table", [{"a": 1}], ["Said."])
+        return Report("table-5.2", "A table", [{"a": 1}], ["Said."], [compare("A is larger", [1], [0], "points")])
 
     monkeypatch.setattr("orbitscan.processing.cli.reproduce.STUDIES", {"gallery": "", "table-5.2": ""})
     monkeypatch.setattr("orbitscan.processing.cli.reproduce.find", {"gallery": fail, "table-5.2": succeed}.__getitem__)
     status, out, err = orbitscan("reproduce", "all", "-o", "out")
     assert status == 1
     assert err.splitlines()[-1] == "gallery: here: goes nothing; go elsewhere"
+    assert "Said.\nA is larger: cannot be told (difference +1 points in one run, too few for an interval).\n" in out
     assert "Look at it all: out/index.html" in out
     assert (tmp_path / "out" / "reproduction.rrd").is_file()
 
@@ -79,7 +82,7 @@ def test_a_study_that_fails_does_not_stop_the_others(orbitscan, tmp_path, monkey
 def test_many_rows_are_cut_and_unknown_values_are_dashes(orbitscan, monkeypatch):
     rows = [{"step": i, "loss": None} for i in range(50)]
     monkeypatch.setattr(
-        "orbitscan.processing.cli.reproduce.find", lambda name: lambda plan: Report(name, "Steps", rows, [])
+        "orbitscan.processing.cli.reproduce.find", lambda name: lambda plan: Report(name, "Steps", rows)
     )
     _, out, _ = orbitscan("reproduce", "table-5.2", "-o", "out")
     assert "... 10 more rows in table-5.2.csv" in out

@@ -10,7 +10,7 @@ from orbitscan.processing.cli import app
 from orbitscan.processing.reproduction import STUDIES
 from orbitscan.processing.reproduction.overlap import run as overlap_run
 from orbitscan.processing.reproduction.overlap import study as overlap
-from orbitscan.processing.reproduction.registration import errors, figures, models, run
+from orbitscan.processing.reproduction.registration import errors, models, run, seconds
 from orbitscan.processing.reproduction.views import gallery
 from orbitscan.processing.review.figures import style
 from orbitscan.recorder import cli as recorder_cli
@@ -24,7 +24,7 @@ def tiny(monkeypatch, tmp_path):
     monkeypatch.setattr(corpus, "INSTANCES", dict.fromkeys(corpus.INSTANCES, 2))
     monkeypatch.setattr(corpus, "ELEVATIONS_DEG", {1: 30.0})
     monkeypatch.setattr(corpus, "CAMERA", replace(corpus.CAMERA, focal=150.0))
-    for module in (run, errors, figures, models):
+    for module in (run, errors, seconds, models):
         monkeypatch.setattr(module, "OBJECTS", {"robot": 120.0})
     monkeypatch.setattr(run, "FEW", 5)
     monkeypatch.setattr(run, "CIRCLE", 60)
@@ -54,7 +54,7 @@ def test_all_is_made_once_and_again_with_the_same_numbers(monkeypatch, tmp_path,
     for name in STUDIES:
         study = json.loads((out / f"{name}.json").read_text())
         assert study["rows"]
-        assert study["said"]
+        assert study["said"] + study["claims"]
         assert all((out / f"{figure}.png").stat().st_size for figure in study["figures"])
         assert name in said
         assert str(tmp_path) not in json.dumps(study)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.claims import Claim, Verdict, compare, conclude, count_verdicts
 
 
 def test_the_interval_is_that_of_students_paired_test():
@@ -12,7 +12,7 @@ def test_the_interval_is_that_of_students_paired_test():
     larger, smaller = rng.normal(0.4, 1, 12), rng.normal(0, 1, 12)
     claim = compare("a is larger", larger, smaller, "points")
     expected = stats.ttest_rel(larger, smaller).confidence_interval(0.95)
-    assert (claim.low, claim.high) == pytest.approx((expected.low, expected.high))
+    assert claim.interval == pytest.approx((expected.low, expected.high))
     assert claim.difference == pytest.approx((larger - smaller).mean())
 
 
@@ -33,3 +33,16 @@ def test_few_runs_tell_nothing():
     claim = compare("a is larger", [5, 6], [1, 1], "points")
     assert claim.verdict == "cannot be told"
     assert str(claim).endswith("(difference +4.5 points in 2 runs, too few for an interval).")
+
+
+def test_without_a_pair_the_reason_is_the_evidence():
+    claim = Claim("a is larger", Verdict.OPEN, missing="nothing was measured")
+    assert str(claim) == "a is larger: cannot be told (nothing was measured)."
+
+
+def test_verdicts_are_counted_and_told():
+    verdicts = (Verdict.HOLDS, Verdict.HOLDS, Verdict.FAILS)
+    counts = count_verdicts(Claim("a", verdict) for verdict in verdicts)
+    assert counts == {"holds": 2, "does not hold": 1, "cannot be told": 0}
+    assert conclude(counts) == "Of 3 claims tested, 2 hold, 1 does not hold, and 0 cannot be told."
+    assert "No claim" in conclude(count_verdicts([]))

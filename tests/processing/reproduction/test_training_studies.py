@@ -5,7 +5,7 @@ import pytest
 
 from orbitscan.processing.classification.voxels import VoxelSettings
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.training import counts, data, initialisations, orientation, structures
+from orbitscan.processing.reproduction.training import counts, data, initializations, orientation, structures
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.simulation import corpus
 from tests.processing.reproduction import fakes
@@ -17,7 +17,7 @@ def plan(tmp_path):
 
 
 def verdicts(report):
-    return {line.split(":")[0]: line.split(": ")[1].split(" (")[0] for line in report.said if "(difference" in line}
+    return {claim.text: claim.verdict for claim in report.claims}
 
 
 def test_table_5_1_has_the_seven_structures_beside_the_thesis(plan, monkeypatch):
@@ -32,9 +32,9 @@ def test_table_5_1_has_the_seven_structures_beside_the_thesis(plan, monkeypatch)
     assert list(verdicts(report).values()) == ["holds", "holds", "holds", "holds", "does not hold", "holds"]
 
 
-def test_table_5_4_tells_which_initialisation_is_better(plan, monkeypatch):
-    asked = fakes.stub(monkeypatch, initialisations, [0.8, 0.7, 0.9, 0.8])
-    report = initialisations.tabulate(plan)
+def test_table_5_4_tells_which_initialization_is_better(plan, monkeypatch):
+    asked = fakes.stub(monkeypatch, initializations, [0.8, 0.7, 0.9, 0.8])
+    report = initializations.tabulate(plan)
     assert [change["init"] for change in asked] == ["glorot", "dcae", "kmeans-pca", "kmeans-zca"]
     assert [row["thesis_loss"] for row in report.rows] == [0.2825, 0.2221, 0.1984, 0.2713]
     found = verdicts(report)
@@ -45,8 +45,8 @@ def test_table_5_4_tells_which_initialisation_is_better(plan, monkeypatch):
 
 
 def test_figure_5_1_has_a_row_for_each_run(plan, monkeypatch):
-    fakes.stub(monkeypatch, initialisations, [0.8, 0.7, 0.9, 0.8])
-    report = initialisations.draw_boxes(plan)
+    fakes.stub(monkeypatch, initializations, [0.8, 0.7, 0.9, 0.8])
+    report = initializations.draw_boxes(plan)
     assert len(report.rows) == 16
     assert report.rows[5]["accuracy_percent"] == pytest.approx(71)
     assert "by up to 1.0 points" in report.said[0]
@@ -54,8 +54,8 @@ def test_figure_5_1_has_a_row_for_each_run(plan, monkeypatch):
 
 
 def test_figure_5_2_has_the_mean_curves(plan, monkeypatch):
-    fakes.stub(monkeypatch, initialisations, [0.8, 0.7, 0.9, 0.8])
-    report = initialisations.draw_curves(plan)
+    fakes.stub(monkeypatch, initializations, [0.8, 0.7, 0.9, 0.8])
+    report = initializations.draw_curves(plan)
     last = [row for row in report.rows if row["step"] == 4]
     assert [row["accuracy_percent"] for row in last] == pytest.approx([80.5, 70.5, 90.5, 80.5])
     assert [row["overfitting"] for row in report.rows] == pytest.approx([0.3] * 16)

@@ -10,7 +10,7 @@ from orbitscan.processing.classification.initialization.autoencoder import (
     AutoencoderSettings,
     add_noise,
     hand_over,
-    loss,
+    measure_loss,
     mirror,
     pretrain,
 )
@@ -126,9 +126,9 @@ def test_losses_are_least_where_the_output_says_the_grid():
     outputs = {"poisson": torch.log(grids.clamp(min=1e-6)), "mse": grids, "occupancy": 20 * (grids > 0).float() - 10}
     for kind, best in outputs.items():
         settings = AutoencoderSettings(loss=kind)
-        least = float(loss(best, grids, settings))
+        least = float(measure_loss(best, grids, settings))
         for other in (best / 2, best.roll(1, 2), torch.zeros_like(best)):
-            assert float(loss(other, grids, settings)) > least, kind
+            assert float(measure_loss(other, grids, settings)) > least, kind
 
 
 @pytest.fixture(scope="module")
@@ -145,9 +145,9 @@ def test_it_restores_unseen_shapes_better_than_any_constant_grid(trained):
     grids = balls(64, 16, seed=1)
     with torch.no_grad():
         output = autoencoder(add_noise(grids, settings, torch.Generator().manual_seed(1)))
-    rate = float(loss(torch.log(grids.mean()).expand_as(grids), grids, settings))
-    mean_grid = float(loss(torch.log(grids.mean(0).clamp(min=1e-6)).expand_as(grids), grids, settings))
-    found = float(loss(output, grids, settings))
+    rate = float(measure_loss(torch.log(grids.mean()).expand_as(grids), grids, settings))
+    mean_grid = float(measure_loss(torch.log(grids.mean(0).clamp(min=1e-6)).expand_as(grids), grids, settings))
+    found = float(measure_loss(output, grids, settings))
     assert found < mean_grid < rate
 
 

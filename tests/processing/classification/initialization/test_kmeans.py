@@ -9,9 +9,9 @@ from orbitscan.processing.classification.initialization.kmeans import (
     collect,
     cut,
     first_filters,
-    initialise,
-    normalise,
+    normalize,
     patches,
+    set_first_filters,
     whiten,
 )
 from orbitscan.processing.classification.network import BODY, Network
@@ -65,7 +65,7 @@ def test_a_patch_is_cut_about_its_voxel_and_zero_beyond_the_border():
 
 
 def test_constant_patches_are_left_out():
-    assert normalise(np.array([[3.0, 3, 3, 3], [0, 0, 0, 2], [0, 0, 0, 0]])) == pytest.approx(
+    assert normalize(np.array([[3.0, 3, 3, 3], [0, 0, 0, 2], [0, 0, 0, 0]])) == pytest.approx(
         np.array([[-1, -1, -1, 3]]) / np.sqrt(3)
     )
 
@@ -151,7 +151,7 @@ def test_only_the_first_convolution_is_replaced(views):
     torch.manual_seed(0)
     network = Network(f"{BODY}-FC(10)", 10)
     before = {name: value.clone() for name, value in network.state_dict().items()}
-    initialise(network, views, VOXELS, KMeansSettings(), 0)
+    set_first_filters(network, views, VOXELS, KMeansSettings(), 0)
     changed = {name for name, value in network.state_dict().items() if not torch.equal(value, before[name])}
     assert changed == {"features.0.weight"}
     assert torch.equal(network.convolutions[0].weight, first_filters(views, 32, 5, VOXELS, KMeansSettings(), 0))
@@ -166,4 +166,4 @@ def test_too_few_patches_are_told(views):
 
 def test_a_network_without_convolution_is_told(views):
     with pytest.raises(InvalidOption, match="no convolution"):
-        initialise(Network("P(4)-FC(10)", 10), views, VOXELS, KMeansSettings(), 0)
+        set_first_filters(Network("P(4)-FC(10)", 10), views, VOXELS, KMeansSettings(), 0)

@@ -14,7 +14,7 @@ from orbitscan.processing.reproduction.descriptors.run import (
     run_once,
 )
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.training import data, initialisations
+from orbitscan.processing.reproduction.training import data, initializations
 from orbitscan.processing.reproduction.training.run import Training, change_thesis, train_once
 from orbitscan.recorder.session import Session
 from orbitscan.recorder.simulation import corpus
@@ -117,7 +117,7 @@ def compare(sessions, found, monkeypatch, tmp_path):
             assert work is run_once
             return [result(task) for task in tasks]
 
-        fakes.stub(monkeypatch, initialisations, [0.9, 0.9, 0.9, 0.7])
+        fakes.stub(monkeypatch, initializations, [0.9, 0.9, 0.9, 0.7])
         monkeypatch.setattr(data, "provide", lambda plan: found)
         monkeypatch.setattr(data, "open_circles", lambda plan: sessions)
         monkeypatch.setattr(table, "keep", keep)
@@ -152,7 +152,7 @@ def test_the_table_has_the_thesis_rows_and_two_controls(report):
 
 
 def test_the_orders_of_the_thesis_are_claims(report):
-    verdicts = {line.split(": ")[-2]: line.split(": ")[-1].split(" (")[0] for line in report.said if "(diff" in line}
+    verdicts = {claim.text.split(": ")[-1]: claim.verdict for claim in report.claims}
     assert verdicts["The network from Glorot is more accurate than SHOT"] == "holds"
     assert verdicts["The network from ZCA is more accurate than SHOT"] == "does not hold"
     assert verdicts["SHOT is more accurate than PFH"] == "holds"

@@ -10,21 +10,21 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.reproduction import STUDIES
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction import STUDIES, charts
+from orbitscan.processing.reproduction.claims import Claim, Verdict
 from orbitscan.processing.reproduction.index.page import number, shorten_command, state_facts
 from orbitscan.processing.reproduction.index.writing import read_studies, write_index
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.registration.files import read_frames, read_models
+from orbitscan.processing.reproduction.registration.run import read_frames, read_models
 from orbitscan.processing.reproduction.report import Report, write
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.formats import ply
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 CLAIMS = [
-    "PCA is more accurate than Glorot: holds (difference +1 points, 95 % interval +0.5 to +2, 10 paired runs).",
-    "DCAE beats <b>ZCA</b> & Glorot: does not hold (difference -1 points, 95 % interval -2 to -0.5, 10 paired runs).",
-    "ZCA is more accurate than Glorot: cannot be told (difference +3 points in one run, too few for an interval).",
+    Claim("PCA is more accurate than Glorot", Verdict.HOLDS, 1, (0.5, 2), 10, "points"),
+    Claim("DCAE beats <b>ZCA</b> & Glorot: ever", Verdict.FAILS, -1, (-2, -0.5), 10, "points"),
+    Claim("ZCA is more accurate than Glorot", Verdict.OPEN, 3, None, 1, "points"),
 ]
 
 
@@ -77,15 +77,19 @@ def indexed(tmp_path_factory):
     plan = Plan(home / "rep", runs=2)
     rows = [{"init": n, "loss": 2.0383, "thesis_loss": 0.2866, "seconds": 8} for n in ("<i>PCA</i>", "ZCA")]
     write(
-        Report("table-5.4", "Four", rows, ["Best: PCA.", *CLAIMS], {"table-5.4": draw()}, {"epochs": [1, 2]}),
+        Report("table-5.4", "Four", rows, ["Best: PCA."], CLAIMS, {"table-5.4": draw()}, {"epochs": [1, 2]}),
         plan,
         f"orbitscan reproduce table-5.4 -o {home / 'rep'}",
     )
     steps = [{"init": init, "step": step, "loss": 10.0 - step} for init in "ab" for step in range(1, 10)]
-    write(Report("figure-5.2", "Curves", steps, ["Best: a."], {"figure-5.2": draw()}), plan, "orbitscan reproduce all")
+    write(
+        Report("figure-5.2", "Curves", steps, ["Best: a."], figures={"figure-5.2": draw()}),
+        plan,
+        "orbitscan reproduce all",
+    )
     models = [{"object": "bin", "method": "icp", "points": 9}]
     other = Plan(plan.folder, runs=2, fraction=0.5)
-    write(Report("figure-5.9", "Models", models, [], {"figure-5.9": draw()}), other, "orbitscan reproduce all")
+    write(Report("figure-5.9", "Models", models, figures={"figure-5.9": draw()}), other, "orbitscan reproduce all")
     for circle in ("bin-sparse-18-seed-0", "bin-dense-250-seed-0", "bin-sparse-18-seed-1"):
         leave_results(plan.folder / "registration" / "icp" / circle, ["icp"])
         leave_results(plan.folder / "registration" / "ours" / circle, ["pairwise", "refined"])
@@ -129,9 +133,9 @@ def test_the_claims_come_first_with_their_verdicts(page):
     assert "Of 3 claims tested, 1 holds, 1 does not hold, and 1 cannot be told." in page.text
     rows = [[cell.strip() for cell in row] for row in page.cells if len(row) == 3]
     assert rows[:3] == [
-        ["✓ holds", "PCA is more accurate than Glorot", CLAIMS[0].partition("(")[2][:-2]],
-        ["✗ does not hold", "DCAE beats <b>ZCA</b> & Glorot", CLAIMS[1].partition("(")[2][:-2]],
-        ["? cannot be told", "ZCA is more accurate than Glorot", CLAIMS[2].partition("(")[2][:-2]],
+        ["✓ holds", "PCA is more accurate than Glorot", CLAIMS[0].evidence],
+        ["✗ does not hold", "DCAE beats <b>ZCA</b> & Glorot: ever", CLAIMS[1].evidence],
+        ["? cannot be told", "ZCA is more accurate than Glorot", CLAIMS[2].evidence],
     ]
     assert page.text.index("Of 3 claims") < page.text.index("Best: PCA.")
 
@@ -223,7 +227,9 @@ def test_the_same_studies_make_the_same_page(plan, indexed):
 def test_several_figures_of_a_study_have_their_numbers(plan):
     rows = [{"figure": "figure-3.4", "points": 7}]
     write(
-        Report("gallery", "All", rows, [], {name: draw() for name in ("figure-3.4", "figure-3.7")}), plan, "orbitscan"
+        Report("gallery", "All", rows, figures={name: draw() for name in ("figure-3.4", "figure-3.7")}),
+        plan,
+        "orbitscan",
     )
     page = Page(write_index(plan)[0].read_text(encoding="utf-8"))
     assert [tag for tag, _ in page.tags].count("figcaption") == 2

@@ -92,8 +92,7 @@ def study(monkeypatch, plan, succeeds):
 
 
 def verdicts(report):
-    lines = [line for line in report.said if "turned start" in line]
-    return {line.split(" succeeds")[0]: line.split(": ")[1].split(" (")[0] for line in lines}
+    return {claim.text.split(" succeeds")[0]: claim.verdict for claim in report.claims}
 
 
 def test_the_verdict_is_whether_a_turned_start_matters(monkeypatch, tmp_path):
@@ -102,7 +101,7 @@ def test_the_verdict_is_whether_a_turned_start_matters(monkeypatch, tmp_path):
 
     report = study(monkeypatch, Plan(tmp_path, runs=3, fraction=0.1), succeeds)
     found = verdicts(report)
-    assert "from a turned start (0 % of the trials) as from an unturned one (100 %)" in report.said[0]
+    assert "from a turned start (0 % of the trials) as from an unturned one (100 %)" in report.claims[0].text
     assert found["icp"] == "does not hold"
     assert found["ransac_icp"] == "holds"
     assert found["pairwise"] == "cannot be told"  # what never succeeds is independent of nothing

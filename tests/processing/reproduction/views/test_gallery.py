@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.reproduction.drawing import charts
-from orbitscan.processing.reproduction.drawing.views import draw_view, picture_size
+from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import write
 from orbitscan.processing.reproduction.views import circles, gallery
+from orbitscan.processing.reproduction.views.view_drawing import draw_view, picture_size
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.session import View
 from orbitscan.recorder.simulation import corpus
-from tests.processing.reproduction.views.test_grids import make_session, make_sphere
+from tests.processing.reproduction.views.test_voxelization import make_session, make_sphere
 
 PCD = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n"
 

@@ -1,4 +1,4 @@
-"""Sentences fall into claim, verdict and evidence; rows into columns and curves; studies into a recording."""
+"""Rows fall into columns and curves, studies into a recording."""
 
 import io
 import subprocess
@@ -8,62 +8,21 @@ import pytest
 from matplotlib.figure import Figure
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.reproduction.claims import compare
+from orbitscan.processing.reproduction.claims import Claim, Verdict
 from orbitscan.processing.reproduction.index.claims_grid import draw_claims
 from orbitscan.processing.reproduction.index.columns import lay_out_columns, name_column, write_value
 from orbitscan.processing.reproduction.index.layout import SHARED_TIMELINE
-from orbitscan.processing.reproduction.index.recording import (
+from orbitscan.processing.reproduction.index.rerun_recording import (
     _color_lines,
     list_claims,
     tabulate_rows,
     write_reproduction,
 )
 from orbitscan.processing.reproduction.index.study import StudyReview, find_curves, find_timeline
-from orbitscan.processing.reproduction.verdicts import Statement, conclude, count_verdicts
+from orbitscan.processing.reproduction.report import FORMAT_VERSION, SavedReport
 from orbitscan.processing.review import entities
 from orbitscan.recorder.exceptions import UnwritableOutput
 from tests import viewer
-
-# --- verdicts
-
-
-@pytest.mark.parametrize(
-    ("larger", "verdict"),
-    [([3, 4, 5], "holds"), ([-3, -4, -5], "does not hold"), ([1, -1, 0], "cannot be told"), ([5], "cannot be told")],
-)
-def test_a_claim_as_written_is_read_back(larger, verdict):
-    written = str(compare("A: b is more accurate than C(3,2)", larger, [0] * len(larger), "points"))
-    found = Statement.read(written)
-    assert (found.claim, found.verdict) == ("A: b is more accurate than C(3,2)", verdict)
-    assert found.evidence.startswith("difference ")
-    assert not found.evidence.endswith((")", "."))
-
-
-@pytest.mark.parametrize("sentence", ["Most accurate: PCA, 92 %.", "It holds.", "x: holdsome", ": holds"])
-def test_a_sentence_without_a_verdict_is_all_claim(sentence):
-    assert Statement.read(sentence) == Statement(sentence)
-
-
-@pytest.mark.parametrize(
-    ("sentence", "evidence"),
-    [
-        ("A: holds.", ""),
-        ("A: holds", ""),
-        ("A: holds; 2 mm against 3 mm.", "2 mm against 3 mm."),
-        ("A: does not hold (1 of 2).", "1 of 2"),
-        ("A: cannot be told (one run) and (no truth).", "(one run) and (no truth)."),
-    ],
-)
-def test_evidence_is_what_follows_the_verdict(sentence, evidence):
-    assert Statement.read(sentence).evidence == evidence
-
-
-def test_verdicts_are_counted_and_told():
-    counts = count_verdicts(["A: holds.", "B: holds (1).", "C: does not hold.", "Nothing is claimed."])
-    assert counts == {"holds": 2, "does not hold": 1, "cannot be told": 0}
-    assert conclude(counts) == "Of 3 claims tested, 2 hold, 1 does not hold, and 0 cannot be told."
-    assert "No claim" in conclude(count_verdicts([]))
-
 
 # --- columns
 
@@ -150,17 +109,29 @@ def draw_png(width: float, height: float) -> bytes:
     return content.getvalue()
 
 
+def save(name, rows, said=(), claims=()) -> SavedReport:
+    """A report as it is read."""
+    machine = {"cores": 2}
+    return SavedReport(
+        FORMAT_VERSION, name, name.title(), f"orbitscan reproduce {name}", list(said), list(claims), rows, [],
+        "virtual corpus", 1, [0], 1.0, "cpu", "float32", {}, {"orbitscan": "1"}, machine,
+    )  # fmt: skip
+
+
 def make_groups() -> dict[str, list[StudyReview]]:
     """A study of each kind."""
-    claims = ["PCA is better: holds (1 point).", "ZCA | b is better: does not hold.", "DCAE: cannot be told (one run)."]
-    training = {"name": "figure-5.2", "title": "Training", "rows": STEPS, "said": ["Best: a.", *claims]}
-    errors = {
-        "name": "figure-5.8",
-        "title": "Errors",
-        "rows": [{"object": "bin", "median_mm": 0.5}],
-        "said": [f"At {i}: holds." for i in range(12)],
-    }
-    models = {"name": "figure-5.9", "title": "Models", "rows": [{"object": "bin | lid", "points": 9}], "said": []}
+    claims = [
+        Claim("PCA is better", Verdict.HOLDS, 1.0, (0.5, 2.0), 10, "points"),
+        Claim("ZCA | b is better", Verdict.FAILS),
+        Claim("DCAE is better", Verdict.OPEN, 1.0, None, 1, "points"),
+    ]
+    training = save("figure-5.2", STEPS, ["Best: a."], claims)
+    errors = save(
+        "figure-5.8",
+        [{"object": "bin", "median_mm": 0.5}],
+        claims=[Claim(f"It holds at {i}", Verdict.HOLDS) for i in range(12)],
+    )
+    models = save("figure-5.9", [{"object": "bin | lid", "points": 9}])
     points = np.random.default_rng(0).normal(size=(45_000, 3)).astype(np.float32)
     return {
         "Classification": [StudyReview(training, {"figure-5.2": draw_png(9, 3)})],
@@ -216,13 +187,13 @@ def test_models_are_thinned(recording):
 def test_the_summary_sorts_the_claims_by_verdict(recording):
     assert len(read(recording, "/summary/**")) == 1 + 3 + 3  # what was run, the lists, the grid
     studies = [study for group in make_groups().values() for study in group]
-    assert list_claims(studies, "does not hold") == "**figure-5.2**\n\n- ZCA | b is better\n"
-    assert list_claims(studies[:1], "holds").count("- ") == 1
-    assert list_claims(studies[2:], "holds") == "None."
+    assert list_claims(studies, Verdict.FAILS) == "**figure-5.2**\n\n- ZCA | b is better\n"
+    assert list_claims(studies[:1], Verdict.HOLDS).count("- ") == 1
+    assert list_claims(studies[2:], Verdict.HOLDS) == "None."
 
 
 def test_a_study_with_many_claims_goes_on_in_the_next_row():
-    grid = draw_claims({"a": ["holds"] * 12, "b": ["does not hold"]})
+    grid = draw_claims({"a": [Claim("a", Verdict.HOLDS)] * 12, "b": [Claim("b", Verdict.FAILS)]})
     labels = {name: drawing.labels.as_arrow_array().to_pylist() for name, drawing in grid.items() if name != "cells"}
     assert labels["marks"] == ["yes"] * 12 + ["no"]
     places = grid["studies"].positions.as_arrow_array().to_pylist()
@@ -236,13 +207,12 @@ def draw_height(grid) -> int:
 
 def test_numbers_are_a_table_of_which_a_long_one_shows_the_first():
     (short, long) = (
-        tabulate_rows({"name": "table-5.1", "rows": [{"object": "bin | lid", "points": i} for i in range(n)]})
-        for n in (2, 50)
+        tabulate_rows(save("table-5.1", [{"object": "bin | lid", "points": i} for i in range(n)])) for n in (2, 50)
     )
     assert short.splitlines() == ["| object | points |", "| --- | --- |", "| bin / lid | 0 |", "| bin / lid | 1 |"]
     assert long.endswith("All 50 rows of 2 columns are in table-5.1.csv.")
     assert len(long.splitlines()) < 50
-    assert tabulate_rows({"name": "gallery", "rows": []}) == "No numbers."
+    assert tabulate_rows(save("gallery", [])) == "No numbers."
 
 
 def test_the_same_studies_give_the_same_recording(recording, tmp_path):

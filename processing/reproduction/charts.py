@@ -1,6 +1,7 @@
 """Figures with matplotlib, readable in black and white: hatches and line styles tell apart what colours do."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -19,14 +20,14 @@ _NOTCHED = 8  # runs; a notch over fewer reaches beyond its box
 def new_figure(
     rows: int = 1, columns: int = 1, width: float = 7.0, height: float = 3.2, dpi: int = 150
 ) -> tuple[Figure, np.ndarray]:
-    """A figure of so many inches, and its axes (rows, columns)."""
+    """A new figure, `width` by `height` inches, and its axes as an array (rows, columns)."""
     with rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained", dpi=dpi)
         return figure, figure.subplots(rows, columns, squeeze=False)
 
 
 def draw_boxes(axes: Axes, samples: Mapping[str, Sequence[float]], label: str, sideways: bool = False) -> None:
-    """A notched box plot of each sample, its runs as points; of few runs the points and their median alone."""
+    """Draw a notched box and the runs as points for each sample; for few runs their points and median alone."""
     for place, values in enumerate(samples.values()):
         if len(values) >= _NOTCHED:
             axes.boxplot(
@@ -57,7 +58,7 @@ def draw_boxes(axes: Axes, samples: Mapping[str, Sequence[float]], label: str, s
 
 
 def draw_curves(axes: Axes, x: Sequence[float], series: Mapping[str, np.ndarray], label: str, x_label: str) -> None:
-    """The mean over the runs (runs, steps) of each series, least to most as a band."""
+    """Draw each series of runs (runs, steps) as a curve of their mean, with a band from the least to the most."""
     for i, (name, runs) in enumerate(series.items()):
         runs = np.atleast_2d(runs)
         axes.plot(x, runs.mean(axis=0), linestyle=LINES[i], color=COLORS[i], linewidth=1.5, label=name)
@@ -69,7 +70,7 @@ def draw_curves(axes: Axes, x: Sequence[float], series: Mapping[str, np.ndarray]
 
 
 def draw_bars(axes: Axes, groups: Sequence[str], series: Mapping[str, Sequence[float]], label: str) -> None:
-    """A bar in each group for each series; NaN: none."""
+    """Draw a bar in each group for each series, and none where its value is NaN."""
     width = 0.8 / len(series)
     places = np.arange(len(groups))
     for i, (name, values) in enumerate(series.items()):
@@ -90,12 +91,12 @@ def draw_bars(axes: Axes, groups: Sequence[str], series: Mapping[str, Sequence[f
 
 
 def draw_stacks(axes: Axes, groups: Mapping[str, Mapping[str, tuple[float, float]]]) -> None:
-    """Seconds of registration and, on top, of the removal of outliers: a bar for each method of each group."""
+    """Draw a bar for each method of each group: seconds of registration, on top those of the removal of outliers."""
     for place, methods in enumerate(groups.values()):
         width = 0.8 / len(methods)
         for i, (method, (registration, removal)) in enumerate(methods.items()):
             x = place + (i - (len(methods) - 1) / 2) * width
-            style = {"edgecolor": "white", "linewidth": 0.5, "width": 0.95 * width}
+            style: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.5, "width": 0.95 * width}
             named = f"{method}: registration" if not place else None
             axes.bar(x, registration, color=COLORS[i], hatch=HATCHES[i], label=named, **style)
             last = i == len(methods) - 1 and not place
@@ -107,7 +108,7 @@ def draw_stacks(axes: Axes, groups: Mapping[str, Mapping[str, tuple[float, float
 
 
 def draw_matrix(axes: Axes, counts: np.ndarray, names: Sequence[str]) -> None:
-    """A confusion matrix (true category, found one) in per cent of each row, the counts' share as numbers."""
+    """Draw counts (true category, found category) as a confusion matrix in per cent of each row."""
     shares = 100 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     axes.imshow(shares, cmap="Greys", vmin=0, vmax=100)
     for row, column in zip(*np.nonzero(shares >= 0.5), strict=True):
@@ -121,6 +122,6 @@ def draw_matrix(axes: Axes, counts: np.ndarray, names: Sequence[str]) -> None:
 
 
 def legend_below(figure: Figure, axes: Axes) -> None:
-    """One legend for all axes, below them."""
+    """Place one legend for all axes of a figure below them."""
     handles, names = axes.get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 5), frameon=False)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction import charts
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.registration import errors, figures, models, run
+from orbitscan.processing.reproduction.registration import errors, models, run, seconds
 from orbitscan.processing.reproduction.registration.run import (
     FEW,
     METHODS,
@@ -22,7 +22,7 @@ from orbitscan.recorder.simulation.camera import simulate
 @pytest.fixture
 def robot(monkeypatch):
     """Five views of one small object instead of all."""
-    for module in (run, figures, errors, models):
+    for module in (run, seconds, errors, models):
         monkeypatch.setattr(module, "OBJECTS", {"robot": 120.0})
     monkeypatch.setattr(run, "FEW", 5)
     monkeypatch.setattr(run, "CIRCLE", 60)
@@ -86,7 +86,7 @@ def test_all_methods_are_run_once_and_read_back(tmp_path):
     off = {row["method"]: row["median_off_mm"] for row in report.rows}
     assert off["refined"] < 2
     assert [row["views"] for row in report.rows if row["method"] == "refined"] == [5]
-    for name, study in (("figure-5.8", figures.compare_errors), ("figure-5.10", figures.compare_seconds)):
+    for name, study in (("figure-5.8", errors.compare_errors), ("figure-5.10", seconds.compare_seconds)):
         assert study(plan).name == name
 
     (tmp_path / "circles" / "robot-sparse-5-seed-0.mcap").write_bytes(b"spoilt")
@@ -106,7 +106,7 @@ def fake(what, method, seed, error, dense=False, seconds=2.0):
 @pytest.fixture
 def faked(monkeypatch):
     """Runs in which RANSAC helps the bin and harms the robot, and ICP takes twice as long."""
-    errors = {"icp": 0.2, "ransac_icp": 0.1, "pairwise": 0.01, "refined": 0.001}
+    levels = {"icp": 0.2, "ransac_icp": 0.1, "pairwise": 0.01, "refined": 0.001}
 
     def run_all(plan):
         return [
@@ -114,7 +114,7 @@ def faked(monkeypatch):
                 what,
                 method,
                 seed,
-                errors.get(method, 0.05) * (3 if (what, method) == ("robot", "ransac_icp") else 1),
+                levels.get(method, 0.05) * (3 if (what, method) == ("robot", "ransac_icp") else 1),
                 dense,
                 4.0 if method == "icp" else 2.0,
             )
@@ -124,29 +124,30 @@ def faked(monkeypatch):
             for method in METHODS
         ]
 
-    monkeypatch.setattr(figures, "run_all", run_all)
+    for module in (errors, seconds):
+        monkeypatch.setattr(module, "run_all", run_all)
 
 
 @pytest.mark.usefixtures("faked")
 def test_the_claim_is_judged_object_by_object(tmp_path):
-    report = figures.compare_errors(Plan(tmp_path, runs=3))
-    said = {line.split(" (")[0] for line in report.said}
-    assert "RANSAC before ICP makes the largest rotation error of the bin smaller: holds" in said
-    assert "RANSAC before ICP makes the largest rotation error of the robot smaller: does not hold" in said
+    report = errors.compare_errors(Plan(tmp_path, runs=3))
+    claims = {claim.text: claim for claim in report.claims}
+    assert claims["RANSAC before ICP makes the largest rotation error of the bin smaller"].verdict == "holds"
+    assert claims["RANSAC before ICP makes the largest rotation error of the robot smaller"].verdict == "does not hold"
     (row,) = (r for r in report.rows if (r["object"], r["method"], r["part"]) == ("bin", "icp", "20 degrees apart"))
     assert (row["max_translation_mm"], row["max_chordal"], row["runs"]) == pytest.approx((200, 0.2, 3))
     assert row["last_chordal"] == pytest.approx(0.2)
-    (over_all,) = (line for line in report.said if "largest rotation error smaller, 20" in line)
-    assert (
-        "cannot be told (less by 30 % of ICP's on average of 5 objects" in over_all
-    )  # 4 halved, one half as much more
-    assert "differ by more than a tenth in 30 of 30 views 20 degrees apart, in 10 of 10 views 1.44" in report.said[-3]
+    over_all = claims["RANSAC before ICP makes the largest rotation error smaller, 20 degrees apart"]
+    assert (over_all.verdict, over_all.runs) == ("cannot be told", 5)
+    assert over_all.difference == pytest.approx(30)  # 4 halved, one half as much more
+    assert over_all.evidence.endswith("5 paired objects")
+    assert "differ by more than a tenth in 30 of 30 views 20 degrees apart, in 10 of 10 views 1.44" in report.said[0]
     assert set(report.figures) == {"figure-5.8", "figure-5.8-all"}
 
 
 @pytest.mark.usefixtures("faked")
 def test_seconds_are_stacked_by_object(tmp_path):
-    report = figures.compare_seconds(Plan(tmp_path, runs=2))
+    report = seconds.compare_seconds(Plan(tmp_path, runs=2))
     assert len(report.rows) == 2 * 5 * 2
     assert "bin 0.50" in report.said[0]
     axes = report.figures["figure-5.10"].axes[0]
@@ -164,18 +165,18 @@ def test_a_view_without_estimate_is_no_error_but_counts():
 
 @pytest.mark.usefixtures("faked")
 def test_methods_are_compared_on_the_views_that_both_placed(tmp_path, monkeypatch):
-    runs = figures.run_all(Plan(tmp_path, runs=3))
+    runs = errors.run_all(Plan(tmp_path, runs=3))
     for found in runs:
         if found.method == "icp" and found.circle.what in ("bin", "statue"):
             found.views[2].update(translation_error_m=9.0, rotation_error_chordal=2.0)
         lost = {"bin": [2], "statue": [1, 2]}.get(found.circle.what, []) if found.method == "ransac_icp" else []
         for view in lost:  # a method gains nothing from leaving out the view where the other is worst
             found.views[view].update(status="no_consensus", translation_error_m=None, rotation_error_chordal=None)
-    monkeypatch.setattr(figures, "run_all", lambda plan: runs)
-    report = figures.compare_errors(Plan(tmp_path, runs=3))
-    (of_bin,) = (line for line in report.said if "largest rotation error of the bin" in line)
-    assert "difference +0.1 chordal" in of_bin
-    (of_statue,) = (line for line in report.said if "largest rotation error of the statue" in line)
-    assert of_statue.endswith("cannot be told (no view has an estimate by both methods).")
+    monkeypatch.setattr(errors, "run_all", lambda plan: runs)
+    report = errors.compare_errors(Plan(tmp_path, runs=3))
+    (of_bin,) = (claim for claim in report.claims if "largest rotation error of the bin" in claim.text)
+    assert "difference +0.1 chordal" in of_bin.evidence
+    (of_statue,) = (claim for claim in report.claims if "largest rotation error of the statue" in claim.text)
+    assert str(of_statue).endswith("cannot be told (no view has an estimate by both methods).")
     row = next(r for r in report.rows if (r["object"], r["method"]) == ("statue", "ransac_icp"))
     assert (row["unplaced_views"], row["failed_views"], row["max_chordal"]) == (2, 2, None)

@@ -16,12 +16,14 @@ _RIGHT, _TOP = (1, 0, 0), (0, -1, 0)  # in the camera's axes: x right, y down, z
 
 
 def count_colors() -> Colormap:
-    """From light, few points, to dark, many; the lightness alone tells them apart."""
+    """Colours from light for few points to dark for many: the lightness alone tells them apart."""
     return ListedColormap(colormaps["YlGnBu"](np.linspace(0.08, 1, 256)), name="points")
 
 
 def draw_grid(axes: Axes, grid: np.ndarray, norm: LogNorm | None = None, inches: float = 2.5) -> PolyCollection:
-    """A grid (div, div, div) in the camera's axes x, y, z, within its cube; without `norm` every voxel in one grey.
+    """Draw a grid (div, div, div) in the camera's axes x, y, z, within its cube; its faces are returned.
+
+    Without `norm` every voxel has one grey.
 
     `inches` is about how wide the axes are.
     """
@@ -30,13 +32,13 @@ def draw_grid(axes: Axes, grid: np.ndarray, norm: LogNorm | None = None, inches:
     corners, values, across = _visible_faces(grid, toward)
     flat = np.stack([corners @ right, corners @ up], axis=-1) - (div / 2) * np.array([right.sum(), up.sum()])
     line = min(0.3, 0.045 * inches * 72 / (2 * _REACH * div))
-    faces = PolyCollection(flat, edgecolors="0.25", linewidths=line, rasterized=True, zorder=2)
+    faces = PolyCollection(list(flat), edgecolors="0.25", linewidths=line, rasterized=True, zorder=2)
     if norm is None:
-        faces.set_facecolor(np.array(_SHADES)[across, None].repeat(3, axis=1))
+        faces.set_facecolor([(_SHADES[axis],) * 3 for axis in across])
     else:
         faces.set(array=values, cmap=count_colors(), norm=norm)
     lines = [[(line - div / 2) @ right, (line - div / 2) @ up] for line in _far_edges(div, toward)]
-    axes.add_collection(LineCollection(np.swapaxes(lines, 1, 2), colors="0.6", linewidths=0.6, zorder=1))
+    axes.add_collection(LineCollection(list(np.swapaxes(lines, 1, 2)), colors="0.6", linewidths=0.6, zorder=1))
     axes.add_collection(faces)
     reach = (-_REACH * div, _REACH * div)
     axes.set(xlim=reach, ylim=reach, xticks=[], yticks=[], aspect="equal")
@@ -45,9 +47,9 @@ def draw_grid(axes: Axes, grid: np.ndarray, norm: LogNorm | None = None, inches:
 
 
 def draw_count_bar(figure: Figure, axes: Axes | np.ndarray, faces: PolyCollection) -> None:
-    """Beside the axes, which colour is how many points."""
+    """Place a scale beside the axes that says which colour is how many points."""
     single = isinstance(axes, Axes)
-    most = faces.norm.vmax
+    _, most = faces.get_clim()
     ticks = [t for power in (1, 10, 100, 1000) for t in (power, 2 * power, 5 * power) if t <= most]
     bar = figure.colorbar(faces, ax=axes, shrink=0.75 if single else 0.4, aspect=20 if single else 40, pad=0.02)
     bar.set_ticks(ticks, labels=[str(t) for t in ticks])
@@ -56,7 +58,7 @@ def draw_count_bar(figure: Figure, axes: Axes | np.ndarray, faces: PolyCollectio
 
 
 def _viewer() -> np.ndarray:
-    """Rows: right and up of the drawing, and the direction towards the viewer; in the camera's axes."""
+    """The rows of a (3, 3) array: right and up in the drawing, and towards the viewer, in the camera's axes."""
     azimuth, elevation = np.radians([_AZIMUTH_DEG, _ELEVATION_DEG])
     level = np.sin(azimuth) * np.array(_RIGHT) - np.cos(azimuth) * np.array([0, 0, 1])
     toward = np.cos(elevation) * level + np.sin(elevation) * np.array(_TOP)

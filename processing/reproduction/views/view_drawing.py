@@ -18,7 +18,7 @@ def picture_size(view: View) -> float:
 
 
 def draw_view(axes: Axes, view: View, inches: float = 1.0, half: float | None = None) -> None:
-    """A view in the middle of axes about so many inches wide, its points so large that neighbours meet.
+    """Draw a view in the middle of axes about `inches` wide, its points so large that neighbours meet.
 
     `half`: see `picture_size`; None: the view's own.
     """
@@ -30,7 +30,7 @@ def draw_view(axes: Axes, view: View, inches: float = 1.0, half: float | None = 
     spacing = side / _CELLS * np.sqrt(len(cells) / len(places))  # of the points, as a tangent
     size = 1.3 * spacing / (2 * half) * inches * 72
     colors = _GREY if view.colors is None else view.colors[known] / 255
-    axes.scatter(*places.T, s=size**2, c=colors, marker="s", linewidths=0, rasterized=True)
+    axes.scatter(places[:, 0], places[:, 1], s=size**2, c=colors, marker="s", linewidths=0, rasterized=True)
     axes.set(xlim=middle[0] + [-half, half], ylim=middle[1] + [-half, half], aspect="equal")
     axes.set_axis_off()
 

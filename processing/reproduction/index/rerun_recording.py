@@ -2,18 +2,18 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import rerun as rr
 
+from orbitscan.processing.reproduction.claims import Claim, Verdict, conclude, count_verdicts
 from orbitscan.processing.reproduction.index.claims_grid import draw_claims
 from orbitscan.processing.reproduction.index.columns import lay_out_columns
-from orbitscan.processing.reproduction.index.layout import HEADINGS, SHARED_TIMELINE, lay_out
-from orbitscan.processing.reproduction.index.study import StudyReview, collect_verdicts
-from orbitscan.processing.reproduction.verdicts import VERDICTS, Statement, conclude, count_verdicts
+from orbitscan.processing.reproduction.index.layout import SHARED_TIMELINE, lay_out
+from orbitscan.processing.reproduction.index.study import StudyReview, collect_claims
+from orbitscan.processing.reproduction.report import SavedReport
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.entities import entity_path
-from orbitscan.processing.review.stream import whole_recording
+from orbitscan.processing.review.stream import make_document, whole_recording
 
 _LARGEST = 64 << 20  # bytes of the whole
 _MODEL_POINTS = 20_000
@@ -34,46 +34,43 @@ def write_reproduction(path: Path, groups: Mapping[str, Sequence[StudyReview]], 
             _log_study(stream, study)
 
 
-def tabulate_rows(report: Mapping[str, Any]) -> str:
+def tabulate_rows(report: SavedReport) -> str:
     """The numbers of a report as a Markdown table; of a long or wide one the first, and where all of them are."""
-    rows = report["rows"]
-    columns = lay_out_columns(rows)
+    columns = lay_out_columns(report.rows)
     if not columns:
         return "No numbers."
     shown = columns[:_TABLE_COLUMNS]
     lines = [[column.heading for column in shown], ["---"] * len(shown)]
-    lines += list(zip(*(column.cells[:_TABLE_ROWS] for column in shown), strict=True))
+    lines += map(list, zip(*(column.cells[:_TABLE_ROWS] for column in shown), strict=True))
     table = "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
-    if len(rows) > _TABLE_ROWS or len(columns) > _TABLE_COLUMNS:
-        table += f"\n\nAll {len(rows):,} rows of {len(columns)} columns are in {report['name']}.csv."
+    if len(report.rows) > _TABLE_ROWS or len(columns) > _TABLE_COLUMNS:
+        table += f"\n\nAll {len(report.rows):,} rows of {len(columns)} columns are in {report.name}.csv."
     return table
 
 
-def list_claims(studies: Sequence[StudyReview], verdict: str) -> str:
+def list_claims(studies: Sequence[StudyReview], verdict: Verdict) -> str:
     """The claims of one verdict by study, as Markdown."""
     lines = []
     for study in studies:
-        statements = [Statement.read(sentence) for sentence in study.report["said"]]
-        claims = [statement.claim for statement in statements if statement.verdict == verdict]
-        if claims:
+        if claims := [claim.text for claim in study.report.claims if claim.verdict == verdict]:
             lines += [f"**{study.name}**", "", *(f"- {claim}" for claim in claims), ""]
     return "\n".join(lines) or "None."
 
 
 def _summarize(studies: Sequence[StudyReview], run: str) -> Iterator[tuple[str, rr.AsComponents]]:
-    counts = count_verdicts(sentence for study in studies for sentence in study.report["said"])
-    yield "/summary/run", _document(f"# {conclude(counts)}\n\n{run}")
-    for verdict in VERDICTS:
-        yield entity_path("summary", "lists", verdict), _document(list_claims(studies, verdict))
-    for name, drawing in draw_claims(collect_verdicts(studies)).items():
+    counts = count_verdicts(claim for study in studies for claim in study.report.claims)
+    yield "/summary/run", make_document(f"# {conclude(counts)}\n\n{run}")
+    for verdict in Verdict:
+        yield entity_path("summary", "lists", verdict), make_document(list_claims(studies, verdict))
+    for name, drawing in draw_claims(collect_claims(studies)).items():
         yield entity_path("summary", "claims", name), drawing
 
 
 def _log_study(stream: rr.RecordingStream, study: StudyReview) -> None:
-    said = [_write_statement(sentence) for sentence in study.report["said"]]
-    words = "\n".join([f"## {study.name}: {study.report['title']}", "", *(f"- {line}" for line in said)])
-    stream.log(f"{study.origin}/words", _document(words), static=True)
-    stream.log(f"{study.origin}/numbers", _document(tabulate_rows(study.report)), static=True)
+    said = [*study.report.said, *map(_write_claim, study.report.claims)]
+    words = "\n".join([f"## {study.name}: {study.report.title}", "", *(f"- {line}" for line in said)])
+    stream.log(f"{study.origin}/words", make_document(words), static=True)
+    stream.log(f"{study.origin}/numbers", make_document(tabulate_rows(study.report)), static=True)
     for name, png in study.figures.items():
         stream.log(study.figure_path(name), rr.EncodedImage(contents=png, media_type="image/png"), static=True)
     for thing, models in study.models.items():
@@ -82,9 +79,9 @@ def _log_study(stream: rr.RecordingStream, study: StudyReview) -> None:
             cloud = rr.Points3D(points[::every], colors=entities.PLAIN_COLOR if colors is None else colors[::every])
             stream.log(study.model_path(thing, method), cloud, static=True)
     curves = study.curves
-    colors = _color_lines(list(dict.fromkeys(curve.line for curve in curves)))
+    line_colors = _color_lines(list(dict.fromkeys(curve.line for curve in curves)))
     for curve in curves:
-        style = rr.SeriesLines(colors=[colors[curve.line]], names=[curve.line], widths=[2.0])
+        style = rr.SeriesLines(colors=[line_colors[curve.line]], names=[curve.line], widths=[2.0])
         path = study.plot_path(curve.plot, curve.quantity) + entity_path(curve.line or "all")
         stream.log(path, style, static=True)
         times = [rr.TimeColumn(name, sequence=curve.times) for name in (curve.timeline, SHARED_TIMELINE)]
@@ -98,15 +95,6 @@ def _color_lines(lines: Sequence[str]) -> dict[str, entities.Color]:
     return {line: entities.category_color(i) for i, line in enumerate(lines)}
 
 
-def _write_statement(sentence: str) -> str:
-    """A sentence as Markdown, its verdict in bold and first."""
-    statement = Statement.read(sentence)
-    if statement.verdict is None:
-        return statement.claim
-    return f"**{HEADINGS[statement.verdict]}**: {statement.claim}" + (
-        f" ({statement.evidence})" if statement.evidence else ""
-    )
-
-
-def _document(markdown: str) -> rr.TextDocument:
-    return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)
+def _write_claim(claim: Claim) -> str:
+    """A claim as Markdown, its verdict in bold and first."""
+    return f"**{claim.verdict.capitalize()}**: {claim.text}" + (f" ({claim.evidence})" if claim.evidence else "")

@@ -1,6 +1,6 @@
 """Figures 3.5 and 3.6: what a voxel grid keeps of a view, by what its voxels hold and by how many there are."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.colors import LogNorm
 
 from orbitscan.processing.classification.voxels import VoxelSettings, bounding_spheres, pack, voxel_grids, voxel_indices
-from orbitscan.processing.reproduction.drawing import charts
-from orbitscan.processing.reproduction.drawing.grids import draw_count_bar, draw_grid
-from orbitscan.processing.reproduction.drawing.views import draw_view
+from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.reproduction.views import circles
+from orbitscan.processing.reproduction.views.grid_drawing import draw_count_bar, draw_grid
+from orbitscan.processing.reproduction.views.view_drawing import draw_view
 from orbitscan.recorder.cloud import finite
 from orbitscan.recorder.session import View
 
@@ -64,20 +64,21 @@ def show_values(plan: Plan) -> Report:
     views = _choose_views(plan)
     grids = {category: make_grid(finite(view.points)[0], VoxelSettings().div) for category, view in views.items()}
     rows = [_describe_values(category, grid, values) for category, grid in grids.items() for values in VALUES]
-    counts, occupancy = ([row for row in rows if row["voxels hold"] == values] for values in VALUES)
     name = _choose_shown(views)
     shown = grids[name]
-    gains = [a["entropy_bits"] / b["entropy_bits"] for a, b in zip(counts, occupancy, strict=True)]
+    gains = [measure_entropy(grid.counts) / measure_entropy(grid.counts > 0) for grid in grids.values()]
     said = [
         f"In the grid of the {name}'s view {100 * shown.shared:.0f} % of the occupied voxels hold more than one "
         f"point, the fullest {shown.occupied.max():.0f}; occupancy takes them all for the same.",
-        f"{_span(counts, 'shared_percent', '.0f', '%')} of the occupied voxels hold more than one point.",
+        f"{_span(_share(grids), '.0f', '%')} of the occupied voxels hold more than one point.",
         f"Voxel by voxel the counts hold {min(gains):.2f} to {max(gains):.2f} times the bits of occupancy; whether a "
         "network makes use of them is the question of study-counts.",
     ]
     settings = {"place_on_circle": PLACE, "shown": name}
     figure = _draw_values(views[name], shown)
-    return Report("figure-3.5", "A view as counts and as occupancy", rows, said, {"figure-3.5": figure}, settings)
+    return Report(
+        "figure-3.5", "A view as counts and as occupancy", rows, said, figures={"figure-3.5": figure}, settings=settings
+    )
 
 
 def show_resolutions(plan: Plan) -> Report:
@@ -87,23 +88,30 @@ def show_resolutions(plan: Plan) -> Report:
         category: {div: make_grid(finite(view.points)[0], div) for div in DIVS} for category, view in views.items()
     }
     rows = [_describe_resolution(category, grid) for category, of in grids.items() for grid in of.values()]
-    coarse, fine = ([row for row in rows if row["div"] == div] for div in (DIVS[0], DIVS[-1]))
+    coarse, fine = ({category: of[div] for category, of in grids.items()} for div in (DIVS[0], DIVS[-1]))
     growth = [
-        np.log(b["occupied_voxels"] / a["occupied_voxels"]) / np.log(b["div"] / a["div"])
-        for a, b in zip(coarse, fine, strict=True)
+        np.log(len(fine[category].occupied) / len(grid.occupied)) / np.log(DIVS[-1] / DIVS[0])
+        for category, grid in coarse.items()
     ]
     said = [
         f"From div = {DIVS[0]} to {DIVS[-1]} the occupied voxels grow as div to the power of {min(growth):.2f} to "
         f"{max(growth):.2f}: 1 would be a line, 2 a surface, 3 a solid; fewer points than voxels keep it down.",
-        f"Points lie {_span(coarse, 'offset_mm', '.1f', 'mm')} from the centres of their voxels at div = {DIVS[0]}, "
-        f"{_span(fine, 'offset_mm', '.1f', 'mm')} at {DIVS[-1]} (root mean square): so much of the shape is lost.",
-        f"{_span(coarse, 'shared_percent', '.0f', '%')} of the occupied voxels hold more than one point at "
-        f"div = {DIVS[0]}, {_span(fine, 'shared_percent', '.0f', '%')} at {DIVS[-1]}: occupancy loses their counts.",
+        f"Points lie {_span(_offset_mm(coarse), '.1f', 'mm')} from the centres of their voxels at div = {DIVS[0]}, "
+        f"{_span(_offset_mm(fine), '.1f', 'mm')} at {DIVS[-1]} (root mean square): so much of the shape is lost.",
+        f"{_span(_share(coarse), '.0f', '%')} of the occupied voxels hold more than one point at "
+        f"div = {DIVS[0]}, {_span(_share(fine), '.0f', '%')} at {DIVS[-1]}: occupancy loses their counts.",
     ]
     name = _choose_shown(views)
     settings = {"place_on_circle": PLACE, "shown": name}
     figure = _draw_resolutions(grids[name])
-    return Report("figure-3.6", "Grids of 16, 24 and 32 voxels a side", rows, said, {"figure-3.6": figure}, settings)
+    return Report(
+        "figure-3.6",
+        "Grids of 16, 24 and 32 voxels a side",
+        rows,
+        said,
+        figures={"figure-3.6": figure},
+        settings=settings,
+    )
 
 
 def _choose_views(plan: Plan) -> dict[str, View]:
@@ -146,10 +154,20 @@ def _describe_resolution(category: str, grid: Grid) -> Row:
     }
 
 
-def _span(rows: Sequence[Row], key: str, spec: str, unit: str) -> str:
-    """The least and the most of a column, with their categories."""
-    low, high = min(rows, key=lambda row: row[key]), max(rows, key=lambda row: row[key])
-    return f"{low[key]:{spec}} {unit} ({low['category']}) to {high[key]:{spec}} {unit} ({high['category']})"
+def _share(grids: Mapping[str, Grid]) -> dict[str, float]:
+    """The percentage of each grid's occupied voxels that hold more than one point."""
+    return {category: 100 * grid.shared for category, grid in grids.items()}
+
+
+def _offset_mm(grids: Mapping[str, Grid]) -> dict[str, float]:
+    """Each grid's root mean square distance from the points to the centres of their voxels [mm]."""
+    return {category: 1000 * grid.offset for category, grid in grids.items()}
+
+
+def _span(values: Mapping[str, float], spec: str, unit: str) -> str:
+    """The least and the largest of the categories' values in words, with their categories."""
+    low, high = min(values, key=values.__getitem__), max(values, key=values.__getitem__)
+    return f"{values[low]:{spec}} {unit} ({low}) to {values[high]:{spec}} {unit} ({high})"
 
 
 def _draw_values(view: View, grid: Grid) -> charts.Figure:

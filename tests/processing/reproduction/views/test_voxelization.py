@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.colors import LogNorm
 
-from orbitscan.processing.reproduction.drawing import charts
-from orbitscan.processing.reproduction.drawing import grids as drawing_grids
+from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import write
-from orbitscan.processing.reproduction.views import circles, grids
+from orbitscan.processing.reproduction.views import circles, voxelization
+from orbitscan.processing.reproduction.views.grid_drawing import draw_grid
 from orbitscan.recorder.session import SessionInfo, View, in_memory
 
 
@@ -32,7 +32,7 @@ def two_objects(monkeypatch):
 
 def test_a_grid_counts_its_points_and_knows_how_far_they_lie_from_the_centres():
     points = np.array([(-1, 0, 0)] * 3 + [(1, 0, 0)] * 3, np.float32)  # r = 1, two voxels of side 1
-    grid = grids.make_grid(points, 2)
+    grid = voxelization.make_grid(points, 2)
     assert sorted(grid.occupied) == [3, 3]
     assert grid.side == pytest.approx(1)
     assert grid.shared == 1
@@ -41,19 +41,19 @@ def test_a_grid_counts_its_points_and_knows_how_far_they_lie_from_the_centres():
 
 def test_points_alone_in_their_voxels_are_not_shared():
     points = np.array([(-1, 0, 0), (-1, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0)], np.float32)
-    grid = grids.make_grid(points, 8)
+    grid = voxelization.make_grid(points, 8)
     assert grid.counts.sum() == 5
     assert grid.shared == pytest.approx(1 / 4)
 
 
 def test_the_entropy_of_a_grid():
-    assert grids.measure_entropy(np.zeros((4, 4, 4))) == 0
-    assert grids.measure_entropy(np.array([0, 0, 1, 1])) == pytest.approx(4)  # a bit each
-    assert grids.measure_entropy(np.array([0, 0, 1, 2])) == pytest.approx(6)
+    assert voxelization.measure_entropy(np.zeros((4, 4, 4))) == 0
+    assert voxelization.measure_entropy(np.array([0, 0, 1, 1])) == pytest.approx(4)  # a bit each
+    assert voxelization.measure_entropy(np.array([0, 0, 1, 2])) == pytest.approx(6)
 
 
 def test_occupancy_has_fewer_bits_than_counts_and_the_text_says_by_how_much(tmp_path, two_objects):
-    report = grids.show_values(Plan(tmp_path))
+    report = voxelization.show_values(Plan(tmp_path))
     rows = {(row["category"], row["voxels hold"]): row for row in report.rows}
     assert len(rows) == 4
     mug = rows["coffee_mug", "counts"]
@@ -65,7 +65,7 @@ def test_occupancy_has_fewer_bits_than_counts_and_the_text_says_by_how_much(tmp_
 
 
 def test_finer_grids_have_smaller_voxels_and_lose_less(tmp_path, two_objects):
-    report = grids.show_resolutions(Plan(tmp_path))
+    report = voxelization.show_resolutions(Plan(tmp_path))
     rows = [row for row in report.rows if row["category"] == "coffee_mug"]
     assert [row["div"] for row in rows] == [16, 24, 32]
     assert rows[0]["voxel_mm"] == pytest.approx(2 * rows[2]["voxel_mm"])
@@ -76,7 +76,7 @@ def test_finer_grids_have_smaller_voxels_and_lose_less(tmp_path, two_objects):
 
 def draw(grid, norm=None):
     figure, ((axes,),) = charts.new_figure()
-    faces = drawing_grids.draw_grid(axes, grid, norm)
+    faces = draw_grid(axes, grid, norm)
     figure.canvas.draw()
     return faces
 
@@ -101,7 +101,7 @@ def test_what_is_near_covers_what_is_far_and_each_face_has_its_voxels_count():
 
 def test_a_whole_grid_fits_its_axes():
     _, ((axes,),) = charts.new_figure()
-    faces = drawing_grids.draw_grid(axes, np.ones((3, 3, 3)))
+    faces = draw_grid(axes, np.ones((3, 3, 3)))
     places = np.concatenate([path.vertices for path in faces.get_paths()])
     assert np.abs(places).max() < axes.get_xlim()[1]
     assert np.abs(places).max() > 0.7 * axes.get_xlim()[1]

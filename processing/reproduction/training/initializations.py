@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.reproduction.claims import compare
-from orbitscan.processing.reproduction.drawing import charts
+from orbitscan.processing.reproduction import charts
+from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.report import Report
+from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.reproduction.training.run import column, curves, run_trainings, tabulate_curves, tabulate_runs
 
 NAMES = {"glorot": "Glorot", "dcae": "DCAE", "kmeans-pca": "PCA", "kmeans-zca": "ZCA"}
@@ -29,7 +29,7 @@ def run_all(plan: Plan) -> Runs:
 def tabulate(plan: Plan) -> Report:
     """Table 5.4: mean accuracy, loss and overfitting of the test views."""
     runs = run_all(plan)
-    rows = [
+    rows: list[Row] = [
         {
             "initialisation": NAMES[init],
             "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
@@ -44,14 +44,14 @@ def tabulate(plan: Plan) -> Report:
     ]
     figure, ((axes,),) = charts.new_figure(width=6)
     series = {
-        "loss": [row["loss"] for row in rows],
-        "loss, thesis": [row["thesis_loss"] for row in rows],
-        "overfitting": [row["overfitting"] for row in rows],
-        "overfitting, thesis": [row["thesis_overfitting"] for row in rows],
+        "loss": [np.mean(column(found, "loss")).item() for found in runs.values()],
+        "loss, thesis": [loss for _, loss, _ in THESIS.values()],
+        "overfitting": [np.mean(column(found, "overfitting")).item() for found in runs.values()],
+        "overfitting, thesis": [overfitting for *_, overfitting in THESIS.values()],
     }
     charts.draw_bars(axes, list(NAMES.values()), series, "mean of the runs [nats]")
     charts.legend_below(figure, axes)
-    return Report("table-5.4", "Four initialisations", rows, _claim(runs), {"table-5.4": figure})
+    return Report("table-5.4", "Four initialisations", rows, claims=_claim(runs), figures={"table-5.4": figure})
 
 
 def draw_boxes(plan: Plan) -> Report:
@@ -62,23 +62,27 @@ def draw_boxes(plan: Plan) -> Report:
         "figure-5.1",
         "Four initialisations: the runs",
         tabulate_runs(runs, "initialisation"),
-        _describe_spread(runs),
-        {"figure-5.1": figure},
+        said=[_describe_spread(runs)],
+        figures={"figure-5.1": figure},
     )
 
 
 def draw_curves(plan: Plan) -> Report:
-    """Figure 5.2: the same while they are trained."""
+    """Figure 5.2: accuracy, loss and overfitting while the networks are trained."""
     runs = {NAMES[init]: found for init, found in run_all(plan).items()}
     rows = tabulate_curves(runs, "initialisation")
     figure = draw_run_curves(runs)
     return Report(
-        "figure-5.2", "Four initialisations: the training", rows, describe_starts(runs), {"figure-5.2": figure}
+        "figure-5.2",
+        "Four initialisations: the training",
+        rows,
+        said=[describe_starts(runs)],
+        figures={"figure-5.2": figure},
     )
 
 
 def draw_run_boxes(runs: Runs, width: float) -> charts.Figure:
-    """Notched box plots of accuracy, loss and overfitting over the runs, by name."""
+    """A figure of box plots of accuracy, loss and overfitting over the runs, by name."""
     figure, (row,) = charts.new_figure(1, 3, width=width)
     for axes, key, factor, label in (
         (row[0], "accuracy", 100, "accuracy of the test views [%]"),
@@ -90,7 +94,7 @@ def draw_run_boxes(runs: Runs, width: float) -> charts.Figure:
 
 
 def draw_run_curves(runs: Runs) -> charts.Figure:
-    """Accuracy, loss and overfitting after so many batches: the mean of the runs and their range, by name."""
+    """A figure of accuracy, loss and overfitting over the batches: mean and range of the runs, by name."""
     figure, (row,) = charts.new_figure(1, 3, width=9, height=3.4)
     steps = next(iter(runs.values()))[0]["curve"]["step"]
     losses, training = curves(runs, "validation_loss"), curves(runs, "train_loss")
@@ -104,20 +108,17 @@ def draw_run_curves(runs: Runs) -> charts.Figure:
     return figure
 
 
-def describe_starts(runs: Runs) -> list[str]:
-    """Which curve leads in the first half of the training, on average."""
-    half = {name: float(values[:, : values.shape[1] // 2].mean()) for name, values in _accuracy(runs).items()}
+def describe_starts(runs: Runs) -> str:
+    """Which runs are ahead in the first half of the training, in words."""
+    accuracy = curves(runs, "validation_accuracy", 100)
+    half = {name: float(values[:, : values.shape[1] // 2].mean()) for name, values in accuracy.items()}
     ranked = sorted(half, key=lambda name: -half[name])
     said = ", ".join(f"{name} {half[name]:.1f} %" for name in ranked)
-    return [f"Mean accuracy over the first half of the training, best first: {said}."]
+    return f"Mean accuracy over the first half of the training, best first: {said}."
 
 
-def _accuracy(runs: Runs) -> dict[str, np.ndarray]:
-    return curves(runs, "validation_accuracy", 100)
-
-
-def _claim(runs: Runs) -> list[str]:
-    """The thesis's order, step by step, each initialisation against Glorot's."""
+def _claim(runs: Runs) -> list[Claim]:
+    """The thesis's order as claims: each initialisation against Glorot's, and PCA against the others."""
     glorot = runs["glorot"]
     accuracy = {init: column(found, "accuracy", 100) for init, found in runs.items()}
     claims = [
@@ -137,14 +138,15 @@ def _claim(runs: Runs) -> list[str]:
         compare(f"PCA is more accurate than {NAMES[other]}", accuracy["kmeans-pca"], accuracy[other], "points")
         for other in ("dcae", "kmeans-zca")
     ]
-    return list(map(str, claims))
+    return claims
 
 
-def _describe_spread(runs: Runs) -> list[str]:
+def _describe_spread(runs: Runs) -> str:
+    """How far apart single runs are, beside the means of the initialisations, in words."""
     spread = {name: np.ptp(column(found, "accuracy", 100)) for name, found in runs.items()}
     widest = max(spread, key=spread.__getitem__)
-    return [
+    return (
         f"From run to run the accuracy differs by up to {spread[widest]:.1f} points ({widest}); "
         f"the means of the initialisations differ by "
         f"{np.ptp([np.mean(column(found, 'accuracy', 100)) for found in runs.values()]):.1f} points."
-    ]
+    )
