@@ -1,6 +1,6 @@
 """Free space: what a view's sensor looked through to the surface it saw is empty."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import minimum_filter
@@ -14,8 +14,7 @@ _WIDEST = 0.1  # cosine: directions farther from the one to the object are no pa
 _MOST_OUTSIDE = 0.1  # share of the points that may lie in such directions: more, and the sensor stands amid them
 
 
-@dataclass(frozen=True, eq=False)
-class RangeImage:
+class RangeImage(NamedTuple):
     """How far a view's sensor saw, in directions about the one to the object."""
 
     T_image_view: np.ndarray  # (4, 4): the sensor at the origin, z towards the object

@@ -68,7 +68,7 @@ def trials_needed(inlier_ratio: float, confidence: float) -> float:
 
 
 def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """The rigid motions (B, 4, 4) that map B sets of points (B, n, 3) to their partners in the least-squares sense.
+    """The rigid motions (B, 4, 4) that map B sets of points (B, n, 3) to the target's in the least-squares sense.
 
     Thesis (4.8)-(4.22): centred sets, H = sum p' q'^t = U L V^t, R = V U^t, V's last column negated where R mirrors.
     """
@@ -86,7 +86,7 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def count_inliers(source: np.ndarray, target: np.ndarray, hypotheses: np.ndarray, tolerance: float) -> np.ndarray:
-    """How many points (M, 3) each motion (B, 4, 4) takes nearer than the tolerance [m] to their partners: (B,)."""
+    """Count (B,) the source points (M, 3) that each motion (B, 4, 4) takes within the tolerance [m] of the target's."""
     counts = np.empty(len(hypotheses), np.int64)
     over_slices(_count_inliers, len(hypotheses), source, target, np.ascontiguousarray(hypotheses), tolerance, counts)
     return counts
@@ -94,9 +94,8 @@ def count_inliers(source: np.ndarray, target: np.ndarray, hypotheses: np.ndarray
 
 def _same_shape(source: np.ndarray, target: np.ndarray, tolerance: float) -> np.ndarray:
     """Which samples (B, 3, 3) are triangles with sides alike in both views, and longer than the tolerance."""
-    sides = np.linalg.norm(source - np.roll(source, 1, axis=1), axis=2)
-    partners = np.linalg.norm(target - np.roll(target, 1, axis=1), axis=2)
-    return ((np.abs(sides - partners) < 2 * tolerance) & (np.minimum(sides, partners) > 2 * tolerance)).all(axis=1)
+    sides, others = (np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2) for corners in (source, target))
+    return ((np.abs(sides - others) < 2 * tolerance) & (np.minimum(sides, others) > 2 * tolerance)).all(axis=1)
 
 
 def _inliers(source: np.ndarray, target: np.ndarray, T: np.ndarray, tolerance: float) -> np.ndarray:

@@ -44,8 +44,7 @@ def take_out(D: np.ndarray, freedoms: Sequence[Freedom], center: np.ndarray) -> 
     for _ in range(_ROUNDS if len(freedoms) > 1 else 1):
         for freedom in freedoms:
             if freedom.kind == "turn":
-                R = Rotation.from_rotvec(-poses.twist(D[:3, :3], freedom.axis) * freedom.axis).as_matrix()
-                D = poses.make(R, freedom.point - R @ freedom.point) @ D
+                D = poses.turn_about(freedom.axis, freedom.point, -poses.twist(D[:3, :3], freedom.axis)) @ D
             else:
                 moved = poses.transform(D, center[None])[0] - center
                 D = poses.make(np.eye(3), -np.dot(moved, freedom.axis) * freedom.axis) @ D
@@ -59,9 +58,7 @@ def turn_by_step(T: np.ndarray, free: Freedom, step_deg: float) -> np.ndarray:
     """
     step_deg = (step_deg + 180) % 360 - 180
     angles = np.radians(np.arange(0, 360, _FINENESS_DEG))
-    turns = Rotation.from_rotvec(angles[:, None] * free.axis)
-    whole = (turns * Rotation.from_matrix(T[:3, :3])).as_rotvec()
+    whole = (Rotation.from_rotvec(angles[:, None] * free.axis) * Rotation.from_matrix(T[:3, :3])).as_rotvec()
     off = np.abs(np.linalg.norm(whole, axis=1) - abs(np.radians(step_deg)))
     off[np.sign(-whole[:, 1]) != np.sign(step_deg)] += 2 * np.pi
-    R = turns[int(off.argmin())].as_matrix()
-    return poses.make(R, free.point - R @ free.point) @ T
+    return poses.turn_about(free.axis, free.point, angles[int(off.argmin())]) @ T

@@ -34,6 +34,9 @@ class Scale:
     diameter: float  # of the object as a view sees it [m]
 
 
+UNKNOWN_SCALE = Scale(np.nan, np.nan, np.nan, np.nan)  # of a scan without a view that has points enough
+
+
 @dataclass(frozen=True, eq=False)
 class Surfels:
     """Points on a surface, denoised by quadrics fitted to all points of the view (see `fit_quadrics`)."""
@@ -68,8 +71,8 @@ class Surface:
 def choose_scale(views: Views, settings: SurfaceSettings) -> Scale | None:
     """The median sizes of a few views over the whole session; None where no view has points enough."""
     step = max(1, len(views) // settings.scale_views)
-    facts = [_facts(views.load(index), settings) for index in views.indices[::step]]
-    facts = [f for f in facts if f] or [f for f in (_facts(view, settings) for view in views) if f]
+    some = [_measure(views.load(index), settings) for index in views.indices[::step]]
+    facts = [f for f in some if f] or [f for f in (_measure(view, settings) for view in views) if f]
     if not facts:
         return None
     sizes = np.median([(f.resolution, f.patch, f.noise, f.diameter) for f in facts], axis=0)
@@ -78,7 +81,7 @@ def choose_scale(views: Views, settings: SurfaceSettings) -> Scale | None:
     return Scale(working, patch, noise, diameter) if working > 0 else None
 
 
-def _facts(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
+def _measure(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
     points, _ = cloud.finite(view.points)
     return cloud.measure(points) if len(points) >= settings.min_points else None
 
@@ -93,7 +96,7 @@ def prepare(
     points, colors = cloud.finite(view.points, view.colors)
     origin = None if sensor_origin is None else np.array(sensor_origin, dtype=np.float64)
     working = grid.cell_means(points, scale.working) if scale else np.empty((0, 3))
-    if len(working) < settings.min_points:
+    if scale is None or len(working) < settings.min_points:
         nothing = Surfels(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
         return Surface(view.index, points, colors, working, np.full_like(working, np.nan), nothing, origin, False)
     normals = estimate_normals(working, settings.normal_radius * scale.working, origin)

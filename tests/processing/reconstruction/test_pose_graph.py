@@ -142,8 +142,7 @@ def free_turn(T_0, source, target, angle=0.4):
     e = measure(T_0, [(source, target)])[0]
     axis = poses.invert(T_0[target])[:3, :3] @ np.array([0, 1.0, 0])
     point = e.center + np.array([0.01, 0, 0])
-    R = Rotation.from_rotvec(angle * axis).as_matrix()
-    T = poses.make(R, point - R @ point) @ e.T_target_source
+    T = poses.turn_about(axis, point, angle) @ e.T_target_source
     return replace(e, T_target_source=T, status="ambiguous", freedoms=(Freedom("turn", axis, point),))
 
 
