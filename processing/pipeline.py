@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.model import build_model
-from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories, placed_views
+from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories, collect_placed
 from orbitscan.processing.reconstruction.turntable import fit_turntable
 from orbitscan.processing.registration.competition import verify_sliding
 from orbitscan.processing.registration.methods import Matched, Matches, choose_correspondences
@@ -88,7 +88,7 @@ def process(
         with watch.alone("refine", "refined"):
             found["refined"] = refine_jointly(found["pairwise"], origin, cache, anew, settings.pair, settings.graph)
     best = next((method for method in reversed(METHODS) if method in methods), None)
-    placed = placed_views(found[best]) if best else {}
+    placed = collect_placed(found[best]) if best else {}
     with watch("outlier_removal", SESSION):
         model = build_model(views, placed, best, scale, info.sensor_origin, settings.model)  # 4.4
     laps = [*(record.seconds for record in records), watch.lap()]

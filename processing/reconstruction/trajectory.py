@@ -97,7 +97,7 @@ def begin_trajectories(methods: Sequence[str]) -> dict[str, Trajectory]:
     return {method: Trajectory(retries=method == "pairwise") for method in _STREAMED if method in wanted}
 
 
-def placed_views(found: MethodResult) -> dict[int, np.ndarray]:
+def collect_placed(found: MethodResult) -> dict[int, np.ndarray]:
     """T_0_i of the views that a method placed with confidence, by recorded index."""
     return {v.view: v.T_0_i for v in found.views if v.status == "ok" and v.T_0_i is not None}
 

@@ -127,7 +127,7 @@ def test_without_any_start_there_is_no_estimate(scene, found):
 
 
 def test_views_that_hardly_share_surfels_are_not_called_right(scene, found, monkeypatch):
-    """Fewer than six partners determine no motion, whatever the overlap of the smaller view says."""
+    """Fewer than six surfels that correspond determine no motion, whatever the overlap of the smaller view says."""
     monkeypatch.setattr(PairRegistration, "find_motions", lambda *_, **__: [])
     target, source, _ = scene.views
     ours = register_from(scene.pair(source, target), {"truth": scene.T(0, 1)})
