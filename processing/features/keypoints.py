@@ -25,7 +25,7 @@ class KeypointSettings:
 def detect_keypoints(
     points: np.ndarray, salient_radius: float, non_max_radius: float, settings: KeypointSettings
 ) -> np.ndarray:
-    """The indices (K,) of the keypoints among the points (N, 3), most salient first; radii in metres.
+    """Return the indices (K,) of the keypoints among the points (N, 3), most salient first; radii are in metres.
 
     Saliency is the smallest eigenvalue of the scatter about the point. Zhong, Intrinsic shape signatures (2009), as
     PCL computes it.

@@ -29,7 +29,7 @@ class ShotSettings:
 def describe(
     points: np.ndarray, normals: np.ndarray, keypoints: np.ndarray, radius: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(descriptors (K, 352) float32 of unit length, frames (K, 3, 3) with rows x, y, z) of the keypoints (K, 3).
+    """Return the descriptors (K, 352), float32 of unit length, and frames (K, 3, 3), rows x y z, of keypoints (K, 3).
 
     The neighbours are those of the points (N, 3), with normals (N, 3), within the radius [m]. A keypoint with fewer
     than five has no frame: its row is NaN. A neighbour without a normal counts for the frame only.
@@ -83,7 +83,7 @@ def _describe(
 def _fill_neighbours(
     points: np.ndarray, rows: np.ndarray, p: np.ndarray, radius: float, indices: np.ndarray, offsets: np.ndarray
 ) -> int:
-    """How many points of the rows lie in the ball, the keypoint p itself left out.
+    """Count the points of the rows that lie in the ball, the keypoint p itself left out.
 
     Fill indices (n,) and offsets (n, 4): from the keypoint, with the distance.
     """

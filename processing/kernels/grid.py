@@ -22,7 +22,7 @@ class Grid(NamedTuple):
 
 
 def build(points: np.ndarray, cell: float) -> Grid:
-    """The grid of points (N, 3) with cells of a side [m]; a search radius may not exceed it."""
+    """Sort points (N, 3) into a grid with cells of a side [m]; a search radius may not exceed it."""
     points = np.ascontiguousarray(points, dtype=np.float64)
     cell = float(cell)
     low = points.min(axis=0) if len(points) else np.zeros(3)
@@ -41,7 +41,7 @@ def build(points: np.ndarray, cell: float) -> Grid:
 
 
 def cell_means(points: np.ndarray, cell: float, attributes: np.ndarray | None = None) -> np.ndarray:
-    """One row a cell, the mean of its points (N, 3) and of their attributes (N, A), (M, 3 + A), in the cells' order."""
+    """Return the mean of each cell's points (N, 3) and of their attributes (N, A): (M, 3 + A), in the cells' order."""
     if not len(points):
         return np.empty((0, 3 if attributes is None else 3 + attributes.shape[1]))
     points = np.asarray(points, dtype=np.float64)

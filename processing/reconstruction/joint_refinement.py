@@ -34,7 +34,7 @@ def refine_jointly(
     pair_settings: PairSettings,
     settings: GraphSettings,
 ) -> MethodResult:
-    """All views of a session refined together, starting from the pairs of successive views; T_0_origin = I.
+    """Refine all views of a session together, starting from the pairs of successive views; T_0_origin = I.
 
     A view that its own pair does not connect is registered to others; then every view to those it should overlap, by
     the poses so far; then the graph is solved. A view is `ok` where rigid edges lead from it to the origin, `ambiguous`
@@ -75,7 +75,7 @@ def _attach(
     pair_settings: PairSettings,
     settings: GraphSettings,
 ) -> list[PairEstimate]:
-    """Edges that connect views which none connects yet, each to a placed one; until no more can be.
+    """Find edges that connect the views which none connects yet, each to a placed one, until no more can be.
 
     Where the views nearly slide, as mugs with hidden handles do, only a neighbour in time vouches for such an edge.
     """
@@ -117,7 +117,7 @@ def _close(
     pair_settings: PairSettings,
     settings: GraphSettings,
 ) -> list[PairEstimate]:
-    """Edges between views that should overlap by their poses, each registered from there."""
+    """Find edges between views that should overlap by their poses, each registered from there."""
     directions, usual = {}, usual_misfit(edges)
     for view in sorted(solution.rigid):
         T_0_i = solution.T_0[view]
@@ -134,7 +134,7 @@ def _close(
 
 
 def _estimate(view: ViewEstimate, solution: Solution) -> ViewEstimate:
-    """A view where the solution places it."""
+    """Return a view as the solution places it."""
     T_0_i = solution.T_0.get(view.view)
     if T_0_i is None:
         status = view.status if view.status in ("unreadable", "too_few_points") else "not_connected"
@@ -143,7 +143,7 @@ def _estimate(view: ViewEstimate, solution: Solution) -> ViewEstimate:
 
 
 def _mark(edge: PairEstimate, keep: bool) -> PairEstimate:
-    """An edge as it is, or as one that the others contradict."""
+    """Return an edge as it is, or as one that the others contradict."""
     return edge if keep else replace(edge, status="inconsistent")
 
 
@@ -164,7 +164,7 @@ def _goes_round(solution: Solution, edges: Sequence[PairEstimate], views: Sequen
 def _find_freedoms(
     solution: Solution, edges: Sequence[PairEstimate], diameter: float, settings: GraphSettings
 ) -> tuple[Freedom, ...]:
-    """The free motions, in frame {0}, of views that no rigid edges connect to the origin; each once."""
+    """Find the free motions, in frame {0}, of views that no rigid edges connect to the origin; each once."""
     found: list[Freedom] = []
     near = settings.same_axis_deg, settings.same_axis_shift * diameter
     for edge in edges:

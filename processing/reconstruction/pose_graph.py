@@ -77,7 +77,7 @@ class Solution:
 
 
 def viewing_direction(T_0_i: np.ndarray, centroid: np.ndarray, sensor_origin: np.ndarray | None) -> np.ndarray:
-    """From where a view sees the object, as a unit vector in frame {0}; along its z axis where that is unknown."""
+    """Return the unit vector in frame {0} from the object towards a view's sensor; along -z where that is unknown."""
     towards = np.array([0.0, 0.0, -1.0]) if sensor_origin is None else sensor_origin - centroid
     return T_0_i[:3, :3] @ (towards / max(float(np.linalg.norm(towards)), 1e-12))
 
@@ -85,7 +85,7 @@ def viewing_direction(T_0_i: np.ndarray, centroid: np.ndarray, sensor_origin: np
 def choose_edges(
     directions: Mapping[int, np.ndarray], known: Sequence[tuple[int, int]], settings: GraphSettings
 ) -> list[tuple[int, int]]:
-    """The (source, target) pairs worth registering besides the known ones, by the angle between viewing directions.
+    """Choose the (source, target) pairs worth registering besides the known ones, by the angle of viewing directions.
 
     Each view gets the earlier view nearest to the middle of each band; and where the views go round, one more on its
     other side.
@@ -112,7 +112,7 @@ def choose_edges(
 
 
 def place(edges: Sequence[Edge], origin: int, support: Sequence[int]) -> tuple[dict[int, np.ndarray], list[int]]:
-    """First poses T_0_i of all views that edges connect to the origin, and which edges they go along, in order.
+    """Return first poses T_0_i of all views that edges connect to the origin, and the edges they go along, in order.
 
     These are the best supported, then most confident ones; those with free motions only where there are no others.
     """
@@ -156,7 +156,7 @@ def count_support(edges: Sequence[Edge], diameter: float, settings: GraphSetting
 
 
 def solve(pairs: Sequence[PairEstimate], origin: int, diameter: float, settings: GraphSettings) -> Solution:
-    """The poses that all pairs agree on best, robustly: an edge that contradicts the others is left out.
+    """Find the poses that all pairs agree on best, robustly: an edge that contradicts the others is left out.
 
     The diameter [m] is the object's. Gauss-Newton over SE(3) with the edges' information (Lu and Milios, Globally
     consistent range scan alignment, 1997), reweighted by how each edge disagrees in proportion to what is usual. Edges
@@ -179,7 +179,9 @@ def solve(pairs: Sequence[PairEstimate], origin: int, diameter: float, settings:
 
 
 def _relax(T_0: dict[int, np.ndarray], edges: Sequence[Edge], origin: int, settings: GraphSettings) -> np.ndarray:
-    """Move the poses T_0_i, all but the origin's, to where the edges agree best; how much each edge counted, 0 to 1."""
+    """Move the poses T_0_i, all but the origin's, to where the edges agree best.
+
+    Returns how much each edge counted, 0 to 1."""
     informations = [_information(edge) for edge in edges]
     number = {view: k for k, view in enumerate(view for view in T_0 if view != origin)}
     weights = np.ones(len(edges))
@@ -252,7 +254,7 @@ def _step(
 
 
 def _move(T: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """A pose after a turn [rad] about the origin and a shift [m], x (6,)."""
+    """Move a pose by x (6,), a turn [rad] about the origin and a shift [m]."""
     R = Rotation.from_rotvec(x[:3]).as_matrix()
     moved = poses.make(R, x[3:]) @ T
     return poses.make(poses.project_rotation(moved[:3, :3]), moved[:3, 3])
@@ -263,7 +265,7 @@ def _cross_matrix(p: np.ndarray) -> np.ndarray:
 
 
 def _find_connected(edges: Sequence[Edge], origin: int) -> set[int]:
-    """The views that edges connect to the origin, itself among them."""
+    """Find the views that edges connect to the origin, itself among them."""
     views = sorted({origin, *(v for e in edges for v in (e.source, e.target))})
     number = {view: k for k, view in enumerate(views)}
     rows = [number[e.source] for e in edges]

@@ -35,7 +35,7 @@ class Trajectory:
 
     @property
     def targets(self) -> list[Placed]:
-        """What the next view is registered to, in order, until a pair is ok."""
+        """The views that the next one is registered to, in order, until a pair is ok."""
         tried = [self.last]
         if self.retries and self.anchor and self.last and self.last.place - self.anchor.place <= _NEAR:
             tried = [self.anchor, self.last]
@@ -51,7 +51,7 @@ class Trajectory:
         return self._add(prepared, "ok", np.eye(4))
 
     def attach(self, register: Callable[[PreparedView], PairEstimate]) -> tuple[PairEstimate, Placed]:
-        """The pair of the next view with the first of its targets that it fits, else with the likeliest."""
+        """Return the pair of the next view with the first of its targets that it fits, else with the likeliest."""
         attempts = []
         for target in self.targets:
             pair = register(target.prepared)
@@ -79,7 +79,7 @@ class Trajectory:
         return self.views[-1]
 
     def result(self, origin: int | None) -> MethodResult:
-        """All of it, as a record."""
+        """Return all views and pairs, as a record."""
         views = tuple(self.views)
         return MethodResult(views, tuple(self.pairs), summary=summarize(views, origin))
 
@@ -92,13 +92,13 @@ class Trajectory:
 
 
 def begin_trajectories(methods: Sequence[str]) -> dict[str, Trajectory]:
-    """An empty trajectory for each method that places views one after the other, by method, worst to best."""
+    """Return an empty trajectory for each method that places views one after the other, by method, worst to best."""
     wanted = {"pairwise" if method == "refined" else method for method in methods}
     return {method: Trajectory(retries=method == "pairwise") for method in _STREAMED if method in wanted}
 
 
 def collect_placed(found: MethodResult) -> dict[int, np.ndarray]:
-    """T_0_i of the views that a method placed with confidence, by recorded index."""
+    """Collect T_0_i of the views that a method placed with confidence, by recorded index."""
     return {v.view: v.T_0_i for v in found.views if v.status == "ok" and v.T_0_i is not None}
 
 

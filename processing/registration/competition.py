@@ -37,7 +37,7 @@ class Trial:
 def register_from(
     pair: PairRegistration, starts: Mapping[str, np.ndarray], features: Evidence | None = None
 ) -> PairEstimate:
-    """The best pose that any of the named starts T_target_source (at least one) leads to, and what rivals it.
+    """Estimate a pair by the best pose that any of the named starts T_target_source leads to; at least one is needed.
 
     `features` is the evidence of the correspondences, where there are any. The information and freedoms are of the best
     pose; alternatives are rivals that explain the views as well.
@@ -82,7 +82,7 @@ def register_from(
 
 
 def _turn_around(pair: PairRegistration, trials: Sequence[Trial]) -> dict[str, np.ndarray]:
-    """More starts where the best trials nearly slide: the right pose may be farther along the way."""
+    """Return more starts about the best trials that nearly slide: the right pose may be farther along the way."""
     starts: dict[str, np.ndarray] = {}
     for trial in trials[: pair.settings.rivals]:
         motions = pair.find_motions(trial.T, coarse=True)
@@ -95,7 +95,9 @@ def _turn_around(pair: PairRegistration, trials: Sequence[Trial]) -> dict[str, n
 def _use_step(
     pair: PairRegistration, best: Trial, freedoms: tuple[Freedom, ...], step_deg: float
 ) -> tuple[Trial, tuple[Freedom, ...]]:
-    """A pose turned along its free turn to where the user knows it to be, if the views agree; what is still free."""
+    """Turn the best pose along its free turn to where the user's step puts it, if the views agree there.
+
+    Returns the trial and the freedoms that are left."""
     turn = next((freedom for freedom in freedoms if freedom.kind == "turn"), None)
     if turn is None or best.refined.information is None or best.refined.center is None:
         return best, freedoms
@@ -110,7 +112,7 @@ def _use_step(
 
 
 def _try(pair: PairRegistration, starts: Mapping[str, np.ndarray]) -> list[Trial]:
-    """Where the coarse surfels take each start, best first; those that end together once."""
+    """Align the coarse surfels from each start; the trials come best first, those that end together once."""
     how = pair.settings.refinement
     ends = pair.align_coarsely(np.array(list(starts.values())), how.coarse_gate, how.coarse_deviation)
     trials: list[Trial] = []
@@ -121,7 +123,7 @@ def _try(pair: PairRegistration, starts: Mapping[str, np.ndarray]) -> list[Trial
 
 
 def _settle(pair: PairRegistration, trial: Trial) -> Trial:
-    """A trial that nearly slides, moved along its weakest motion to where the views agree best: alignment does not."""
+    """Move a trial that nearly slides along its weakest motion to where the views agree best: alignment does not."""
     motions = pair.find_motions(trial.T, coarse=True)
     if not pair.nearly_slides(motions):
         return trial
@@ -137,7 +139,7 @@ def _settle(pair: PairRegistration, trial: Trial) -> Trial:
 
 
 def _refine(pair: PairRegistration, trials: Sequence[Trial]) -> list[Trial]:
-    """The trials that come near the best one, refined on all surfels; best first, distinct.
+    """Refine the trials that come near the best one on all surfels; what is returned is distinct, best first.
 
     One whose surfaces hardly meet stays as it is: there is nothing to refine on.
     """
@@ -157,7 +159,7 @@ def _refine(pair: PairRegistration, trials: Sequence[Trial]) -> list[Trial]:
 
 
 def _keep_distinct(pair: PairRegistration, trials: Sequence[Trial]) -> list[Trial]:
-    """The trials, best first, without those that do not count as another pose than a better one."""
+    """Sort the trials, best first, and drop those that do not count as another pose than a better one."""
     kept: list[Trial] = []
     for trial in sorted(trials, key=lambda trial: -trial.found.score):
         if all(_differ(pair, trial, other) for other in kept):
@@ -177,7 +179,7 @@ def _is_rival(pair: PairRegistration, trial: Trial, best: Trial, freedoms: Seque
 
 
 def verify_sliding(pair: PairEstimate, usual_misfit: float | None, settings: PairSettings) -> PairEstimate:
-    """The pair, not believed if it nearly slides and fits clearly less closely than others of its session do.
+    """Return the pair, as `diverged` if it nearly slides and fits clearly less closely than its session's others do.
 
     A mug upside down agrees with itself up to its handle and rim: no surface contradicts it, it just fits worse.
     """
@@ -196,7 +198,7 @@ def evidence_of(
     motions: Sequence[Motion],
     features: Evidence | None,
 ) -> Evidence:
-    """What speaks for a pose; `motions` are the pair's, the least determined first, `features` of the matches."""
+    """Gather what speaks for a pose; `motions` come the least determined first, `features` is what the matches say."""
     met = found.overlap > 0
     return replace(
         features or Evidence(),

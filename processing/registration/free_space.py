@@ -25,7 +25,7 @@ class RangeImage(NamedTuple):
 
 
 def make_range_image(points: np.ndarray, sensor_origin: np.ndarray, pixel: float) -> RangeImage | None:
-    """The range image of a view's points (N, 3) from its sensor (3,); a pixel is so wide [m] at the object's centre.
+    """Make the range image of a view's points (N, 3) from its sensor (3,); a pixel's width at the object is in metres.
 
     None where the sensor stands amid the points: an image holds what lies before it.
     """
@@ -49,7 +49,7 @@ def make_range_image(points: np.ndarray, sensor_origin: np.ndarray, pixel: float
 
 
 def look_up(image: RangeImage, points: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """(in_front, unseen), (N,) bool: which points (N, 3) in the view's frame lie where nothing can be.
+    """Return (in_front, unseen), (N,) bool: which points (N, 3) in the view's frame lie where nothing can be.
 
     In front: nearer to the sensor than all it saw in that direction, by more than the tolerance [m]. Unseen: where the
     sensor saw nothing at all, be it the background or a surface it failed to measure.
@@ -66,7 +66,7 @@ def look_up(image: RangeImage, points: np.ndarray, tolerance: float) -> tuple[np
 
 
 def _look_at(eye: np.ndarray, center: np.ndarray) -> np.ndarray:
-    """T_image_view of a sensor at `eye` whose z axis goes through `center`; its turn about z is of no account."""
+    """Return T_image_view (4, 4) of a sensor at `eye` whose z axis goes through `center`, turned about z in any way."""
     distance = float(np.linalg.norm(center - eye))
     forward = (center - eye) / distance if distance > 0 else np.array([0.0, 0.0, 1.0])
     aside = np.eye(3)[int(np.abs(forward).argmin())]

@@ -42,7 +42,7 @@ class StartSettings:
 
 
 def propose(source: PreparedView, target: PreparedView, matches: np.ndarray, settings: StartSettings) -> np.ndarray:
-    """The likeliest starts T_target_source (B, 4, 4), best first, from matches (M, 2) of keypoints; B may be 0.
+    """Propose the likeliest starts T_target_source (B, 4, 4), best first, from matches (M, 2) of keypoints; B may be 0.
 
     Matched keypoints have descriptors, and so local reference frames.
     """
@@ -86,7 +86,7 @@ def _from_frames(
 
 
 def _keep_distinct(T: np.ndarray, source: PreparedView, settings: StartSettings) -> np.ndarray:
-    """Those of the poses (B, 4, 4) that differ from all kept before them, at most `settings.most`."""
+    """Keep those of the poses (B, 4, 4) that differ from all kept before them, at most `settings.most`."""
     center = source.coarse_surfels.points.mean(axis=0)
     places = T[:, :3, :3] @ center + T[:, :3, 3]
     chordal = 2 * np.sqrt(2) * np.sin(np.radians(settings.distinct_deg) / 2)

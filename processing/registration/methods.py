@@ -30,7 +30,7 @@ Matched = dict[PreparedView, Matches]  # the matches of one source view, by targ
 
 
 def register_icp(pair: PairRegistration, matches: Matches | None = None) -> PairEstimate:
-    """The thesis's refinement (4.3), point-to-point ICP from the matches' consensus; no estimate without one.
+    """Register a pair by the thesis's point-to-point ICP (4.3) from the matches' consensus; no estimate without one.
 
     Where no matches are given it starts from the identity: the thesis's baseline (5.2).
     """
@@ -57,7 +57,7 @@ def register_icp(pair: PairRegistration, matches: Matches | None = None) -> Pair
 
 
 def register_competing(pair: PairRegistration, matches: Matches, previous: np.ndarray | None) -> PairEstimate:
-    """Ours: starts compete, geometry verifies where alignment takes them, the winner is aligned on all surfels.
+    """Register a pair our way: starts compete, geometry verifies where they end, the winner is aligned on all surfels.
 
     The starts are the identity, the previous step of the camera and what the matches propose. Where none of them leads
     to a pose that is believed, more matches and more of their proposals get a second look.
@@ -84,7 +84,7 @@ def register_competing(pair: PairRegistration, matches: Matches, previous: np.nd
 def choose_correspondences(
     source: PreparedView, pairs: Mapping[str, PairEstimate], matched: Matched
 ) -> Correspondences | None:
-    """The matches behind the last of a view's pairs (by method, worst to best) that has any; None where none has.
+    """Return the matches behind the last of a view's pairs (by method, worst to best) that has any; None without any.
 
     Each keypoint is in its own view's frame.
     """

@@ -43,12 +43,12 @@ class Motion:
     information: float  # mean square distance that a unit moves the surface along its normals, 0 to 1
 
     def size(self, turn: float, shift: float) -> float:
-        """How many units turn by so many radians or shift by so many metres, whichever comes first."""
+        """The number of units that turn by `turn` [rad] or shift by `shift` [m], whichever comes first."""
         turned, shifted = float(np.linalg.norm(self.turn)), float(np.linalg.norm(self.shift))
         return float(min(turn / max(turned, 1e-12), shift / max(shifted, 1e-12)))
 
     def pose(self, size: float) -> np.ndarray:
-        """The rigid motion (4, 4) of so many units, in the target's frame."""
+        """The rigid motion (4, 4), in the target's frame, of a number of units."""
         v = self.turn * size
         angle = float(np.linalg.norm(v))
         K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
@@ -66,7 +66,7 @@ class Motion:
 
 
 def find_motions(T: np.ndarray, surfels: Surfels, target: Target, gate: float) -> list[Motion]:
-    """The six independent motions of a source's surfels under a pose T_target_source, the least determined first.
+    """Find the six independent motions of a source's surfels under a pose T_target_source, the least determined first.
 
     Eigenvectors of the mean point-to-plane information of the overlap; turns are in units of the overlap's reach, so
     that all six compare. The normals of one view are paired with those of the other: their noise is independent and

@@ -56,7 +56,7 @@ class PairRegistration:
         return np.radians(belief.distinct_deg), belief.distinct_shift * self.diameter
 
     def align_coarsely(self, starts: np.ndarray, gate: float, deviation: float) -> np.ndarray:
-        """Where the coarse surfels take each start (B, 4, 4): (B, 4, 4); gate and deviation in multiples of w."""
+        """Align the coarse surfels from each start (B, 4, 4) to (B, 4, 4); gate and deviation are in multiples of w."""
         how = self.settings.refinement
         target, still = self.target.coarse_target, how.coarse_still * self.diameter
         return surface_icp.align_coarsely(
@@ -64,20 +64,20 @@ class PairRegistration:
         )
 
     def align(self, start: np.ndarray) -> Refined:
-        """Where all surfels take a start."""
+        """Align all surfels from a start."""
         surfels, coarse, target = self.source.surface.surfels, self.source.coarse_surfels, self.target.fine_target
         return surface_icp.align(surfels, coarse, target, start, self.w, self.diameter, self.settings.refinement)
 
     def verify(self, T: np.ndarray, coarse: bool = False) -> Verification:
-        """How far the views agree under a pose, by their judged surfels or only the coarse ones."""
+        """Measure how far the views agree under a pose, by their judged surfels or only the coarse ones."""
         return verification.verify(T, self.source, self.target, self.settings.judgement, coarse)
 
     def distance(self, T_a: np.ndarray, T_b: np.ndarray) -> float:
-        """How different two poses are: 1 where they just count as distinct."""
+        """Measure how different two poses are: 1 where they just count as distinct."""
         return verification.distance(T_a, T_b, self.source, self.settings.judgement)
 
     def find_motions(self, T: np.ndarray, coarse: bool = False) -> list[Motion]:
-        """The motions of the source under a pose, the least determined first; none where the views hardly meet."""
+        """Find the motions of the source under a pose, the least determined first; none where the views hardly meet."""
         surfels = self.source.coarse_surfels if coarse else self.source.judged_surfels
         return motions.find_motions(T, surfels, self.target.fine_target, self.settings.judgement.gate * self.w)
 

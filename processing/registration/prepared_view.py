@@ -75,25 +75,25 @@ class ViewCache:
         prepare_surface: Callable[[View], PreparedView],
         most: int,
     ) -> None:
-        """At most so many views are kept; `prepare_surface` is the quicker one, without keypoints and descriptors."""
+        """Keep `most` views at most; `prepare_surface` is the quicker one, without keypoints and descriptors."""
         self._views, self._prepare, self._prepare_surface, self._most = views, prepare, prepare_surface, max(1, most)
         self._kept: OrderedDict[int, PreparedView] = OrderedDict()
         self._without_features: set[int] = set()  # those kept without keypoints and descriptors
 
     def put(self, view: View) -> PreparedView:
-        """A view that was just read."""
+        """Prepare and keep a view that was just read."""
         self._without_features.discard(view.index)
         return self._keep(view.index, self._prepare(view))
 
     def get(self, index: int) -> PreparedView:
-        """A view by its recorded index."""
+        """Return a view by its recorded index."""
         if index not in self._kept or index in self._without_features:
             return self.put(self._views.load(index))
         self._kept.move_to_end(index)
         return self._kept[index]
 
     def get_surface(self, index: int) -> PreparedView:
-        """A view by its recorded index, for what needs no keypoints and descriptors: it may lack them."""
+        """Return a view by its recorded index that may lack keypoints and descriptors."""
         if index not in self._kept:
             self._without_features.add(index)
             return self._keep(index, self._prepare_surface(self._views.load(index)))

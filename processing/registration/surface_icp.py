@@ -124,7 +124,7 @@ def align(
 
 
 def _solve_motion(A: np.ndarray, b: np.ndarray, center: np.ndarray) -> np.ndarray | None:
-    """The motion about a centre that solves A x = -b for a turn and a shift; None where it is undetermined."""
+    """Solve A x = -b for a turn and a shift about a centre: their motion (4, 4), None where it is undetermined."""
     x, A = -b, A + np.eye(6) * _RIDGE * np.trace(A)
     if not solve(A, x):
         return None

@@ -19,7 +19,7 @@ _PURE = 0.15  # of the strongest turn: weaker ones in a mixture of free motions 
 
 
 def find_freedoms(pair: PairRegistration, T: np.ndarray, motions: Sequence[Motion]) -> tuple[Freedom, ...]:
-    """The motions along which the source can leave a pose T_target_source while the views agree as well.
+    """Find the motions along which the source can leave a pose T_target_source while the views agree as well.
 
     Each weak motion is tried out both ways, a little beyond what makes two poses distinct: it is free where the views
     agree as well there, as they are or, unless they return, when aligned again.
@@ -35,7 +35,7 @@ def find_freedoms(pair: PairRegistration, T: np.ndarray, motions: Sequence[Motio
 
 
 def _try_steps(pair: PairRegistration, T: np.ndarray, steps: Sequence[np.ndarray]) -> list[bool]:
-    """Whether the views agree as well after each step (4, 4) from a pose T_target_source, or aligned from there."""
+    """Tell whether the views agree as well after each step (4, 4) from T_target_source, or aligned from there."""
     if not steps:
         return []
     settings = pair.settings.symmetry
@@ -51,7 +51,7 @@ def _try_steps(pair: PairRegistration, T: np.ndarray, steps: Sequence[np.ndarray
 
 
 def _separate(motions: Sequence[Motion]) -> list[Motion]:
-    """Motions that span the same as some free ones about one centre: pure shifts first, as far as there are any.
+    """Mix free motions about one centre into others that span the same: pure shifts first, as far as there are any.
 
     Where a motion and another are free, so is every mixture, and eigenvectors are any of those.
     """
@@ -70,7 +70,7 @@ def _separate(motions: Sequence[Motion]) -> list[Motion]:
 
 
 def _sharpen(freedom: Freedom, pair: PairRegistration, T: np.ndarray) -> Freedom:
-    """A free turn about a better axis: that of the motion between two alignments which the turn lies between.
+    """Give a free turn the axis of the motion between two alignments that start apart along it; it is a better one.
 
     Alignment takes out every error of the axis but not the turn; noisy normals tell the axis of a bowl ten times worse.
     """

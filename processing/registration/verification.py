@@ -166,7 +166,7 @@ def as_good(found: Verification, best: Verification, settings: VerificationSetti
 
 
 def distance(T_a: np.ndarray, T_b: np.ndarray, source: PreparedView, settings: VerificationSettings) -> float:
-    """How different two poses of the source are: 1 where they just count as distinct."""
+    """Measure how different two poses of the source are: 1 where they just count as distinct."""
     center = source.coarse_surfels.points.mean(axis=0)[None]
     turned = np.degrees(poses.rotation_angle(T_a[:3, :3].T @ T_b[:3, :3]))
     shifted = float(np.linalg.norm(poses.transform(T_a, center) - poses.transform(T_b, center)))

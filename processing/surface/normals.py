@@ -11,7 +11,7 @@ MIN_NEIGHBOURS = 3
 
 
 def estimate_normals(points: np.ndarray, radius: float, sensor_origin: np.ndarray | None) -> np.ndarray:
-    """Unit normals (N, 3) of points (N, 3); NaN where there are fewer than three neighbours.
+    """Estimate unit normals (N, 3) of points (N, 3); NaN where there are fewer than three neighbours.
 
     The neighbourhood is a ball [m] about each point. Normals face the sensor (3,), or away from the cloud's centroid
     where its place is unknown (None).

@@ -49,7 +49,7 @@ class Surfels:
         return len(self.points)
 
     def thinned(self, most: int) -> "Surfels":
-        """Every n-th of them, no more than so many; contiguous, so that kernels are compiled for one layout only."""
+        """Return every n-th surfel, `most` at most; contiguous, so that kernels are compiled for one layout only."""
         step = slice(None, None, max(1, -(-len(self) // most)))
         return Surfels(*map(np.ascontiguousarray, (self.points[step], self.normals[step], self.variances[step])))
 
@@ -69,7 +69,7 @@ class Surface:
 
 
 def choose_scale(views: Views, settings: SurfaceSettings) -> Scale | None:
-    """The median sizes of a few views over the whole session; None where no view has points enough."""
+    """Choose the median sizes of a few views over the whole session; None where no view has points enough."""
     step = max(1, len(views) // settings.scale_views)
     some = [_measure(views.load(index), settings) for index in views.indices[::step]]
     facts = [f for f in some if f] or [f for f in (_measure(view, settings) for view in views) if f]
@@ -89,7 +89,7 @@ def _measure(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
 def prepare(
     view: View, scale: Scale | None, sensor_origin: tuple[float, ...] | None, settings: SurfaceSettings
 ) -> Surface:
-    """The surface of a view at a scan's scale; normals face the sensor's origin (see `estimate_normals`).
+    """Prepare the surface of a view at a scan's scale; normals face the sensor's origin (see `estimate_normals`).
 
     Without normals and surfels where there are too few points, or no scale.
     """

@@ -14,7 +14,7 @@ _RIDGE = 1e-6  # of the weights' sum: keeps points along a line solvable
 def fit_quadrics(
     points: np.ndarray, normals: np.ndarray, cloud: np.ndarray, radius: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(points (M, 3), unit normals (M, 3), variances (M,) [m^2]) of the surface of a cloud (N, 3) near points (M, 3).
+    """Fit quadrics to a cloud (N, 3) at points (M, 3): points (M, 3), unit normals (M, 3) and variances (M,) [m^2].
 
     In the tangent frame of each point, whose normal is known roughly, z = a + b x + c y + d x^2 + e x y + f y^2 is
     fitted to the cloud within the radius [m], weighed by (1 - (r / radius)^2)^2: the point moves along its normal onto
