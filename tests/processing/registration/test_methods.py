@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.registration.competition import register_from
-from orbitscan.processing.registration.methods import Matches, register_competing, register_icp
+from orbitscan.processing.registration.methods import Matches, choose_correspondences, register_competing, register_icp
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.recorder import poses
 from tests.geometry import blob, bottle, plane, random_pose, scan
-from tests.processing.scene import SETTINGS, Scene, degrees
+from tests.processing.scene import SETTINGS, Scene, degrees, edge
 
 NONE = Matches(np.empty((0, 2), np.int64), None)
 HOW = SETTINGS.pair
@@ -61,6 +61,20 @@ def test_evidence_says_what_was_seen(scene, found):
     assert 0.1 < evidence.misfit < 1
     assert evidence.violations < 0.005
     assert 0.005 < evidence.observability < 0.2
+
+
+def test_the_correspondences_shown_are_those_behind_the_last_methods_pair(scene, found):
+    target, source, other = scene.views
+    pairs = {"icp": edge(1, 0, np.eye(4)), "ransac_icp": edge(1, 0, np.eye(4)), "pairwise": edge(1, 2, np.eye(4))}
+    beside = scene.correspond(source, other)
+    for matched, expected in (({target: found, other: beside}, 2), ({other: beside, target: found}, 2)):
+        assert choose_correspondences(source, pairs, matched).target == expected
+    shown = choose_correspondences(source, {"ransac_icp": pairs["ransac_icp"]}, {target: found})
+    assert (shown.source, shown.target) == (1, 0)
+    assert (shown.source_points == source.keypoints[found.indices[:, 0]]).all()
+    assert (shown.target_points == target.keypoints[found.indices[:, 1]]).all()
+    assert shown.inlier.sum() == found.consensus.inlier.sum()
+    assert choose_correspondences(source, {"icp": pairs["icp"]}, {}) is None
 
 
 def test_competition_beats_the_thesis(scene, found):
