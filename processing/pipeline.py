@@ -107,7 +107,7 @@ def process(
 
 
 def prepare_view(steps: Steps, view: View) -> PreparedView:
-    """A view's surface and, where it has points enough, its described keypoints."""
+    """Prepare a view's surface and, where it has points enough, its described keypoints."""
     prepared = steps.prepare(view)
     if not prepared.surface.enough:
         return prepared
@@ -119,13 +119,14 @@ def prepare_view(steps: Steps, view: View) -> PreparedView:
 def register(
     steps: Steps, method: str, before: Trajectory, matched: Matched | None, source: PreparedView, target: PreparedView
 ) -> PairEstimate:
-    """The pose of a pair by one method; `matched` keeps the source's matches for the methods after it."""
+    """Register a pair by one method; `matched` keeps the source's matches for the methods after it."""
     pair, matched = PairRegistration(source, target, steps.settings.pair), {} if matched is None else matched
     if method == "icp":
         return steps.register_icp(pair)  # the baseline (5.2): ICP from the identity
     if target not in matched:
         indices = steps.match(pair)  # step 3: correspondences (4.2)
-        matched[target] = Matches(indices, steps.estimate_pose(pair, indices))  # step 4: RANSAC (4.8) to (4.22)
+        consensus = steps.estimate_pose(pair, indices)  # step 4: RANSAC (algorithms 1, 2), (4.8) to (4.22)
+        matched[target] = Matches(indices, consensus)
     if method == "ransac_icp":
         return steps.register_icp(pair, matched[target])  # step 5: ICP from the consensus (4.3)
     estimate = steps.register_competing(pair, matched[target], before.step)  # ours, in the place of step 5

@@ -82,8 +82,8 @@ def _step(position: float) -> int:
 
 
 @kernel
-def _pair(points: np.ndarray, normals: np.ndarray, i: int, j: int) -> tuple[float, float, float]:
-    """(alpha, phi, theta), float32, of a pair: an angle and two cosines; zeros where the pair has no Darboux frame.
+def _pair(points: np.ndarray, normals: np.ndarray, i: int, j: int) -> tuple[np.float32, np.float32, np.float32]:
+    """Return alpha, phi, theta of a pair: an angle and two cosines; zeros where the pair has no Darboux frame.
 
     The source is the point whose normal makes the smaller angle with the line; u is its normal n, v = d x u / |d x u|
     with d from source to target, w = u x v. With the target's normal m: alpha = atan2(w.m, u.m), phi = v.m and
