@@ -13,8 +13,8 @@ from orbitscan.processing.reconstruction.coverage import CoverageSettings
 from orbitscan.processing.reconstruction.model import ModelSettings
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings
 from orbitscan.processing.reconstruction.turntable import TurntableSettings
-from orbitscan.processing.registration.competition import PairSettings
 from orbitscan.processing.registration.matching import MatchSettings
+from orbitscan.processing.registration.pair import PairSettings
 from orbitscan.processing.registration.ransac import RansacSettings
 from orbitscan.processing.surface.preparation import SurfaceSettings
 from orbitscan.recorder.exceptions import InvalidOption

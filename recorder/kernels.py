@@ -40,7 +40,19 @@ def _choose_cache() -> bool:
     return True
 
 
-kernel: Callable[..., Any] = njit(cache=_choose_cache(), nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+_compile = njit(cache=_choose_cache(), nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+_kernels: list[Any] = []  # of all modules imported so far
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Decorate a function to be compiled when it is first called, its machine code kept from run to run."""
+    _kernels.append(_compile(function))
+    return _kernels[-1]
+
+
+def kernels_of(*modules: str) -> list[Any]:
+    """The kernels of imported modules, or of all modules of imported packages, by name."""
+    return [found for found in _kernels if f"{found.__module__}.".startswith(tuple(f"{name}." for name in modules))]
 
 
 def is_kept(function: Any, since: float = 0.0) -> bool:

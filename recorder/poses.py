@@ -25,6 +25,12 @@ def make(rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
     return T
 
 
+def turn_about(axis: np.ndarray, point: np.ndarray, angle: float) -> np.ndarray:
+    """The 4x4 motion that turns by an angle [rad] about the line along a unit axis (3,) through a point (3,)."""
+    R = Rotation.from_rotvec(angle * axis).as_matrix()
+    return make(R, point - R @ point)
+
+
 def invert(T: np.ndarray) -> np.ndarray:
     """The inverse T_b_a of a motion T_a_b."""
     R = T[:3, :3]

@@ -26,7 +26,7 @@ class MeshSettings:
 def reconstruct_mesh(
     points: np.ndarray, towards: np.ndarray, colors: np.ndarray | None, resolution: float, settings: MeshSettings
 ) -> Mesh | None:
-    """The triangles through points (N, 3) that were seen from the directions `towards` (N, 3), with colours (N, 3).
+    """Reconstruct the surface through points (N, 3), seen from the directions `towards` (N, 3), with colours (N, 3).
 
     The resolution [m] is the points'. None where they lie so far apart that no normal can be told.
 

@@ -165,6 +165,20 @@ def test_names_that_are_no_frame_are_refused(axes, what):
         poses.axes_to_rdf(axes)
 
 
+@given(seeds, st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
+def test_a_turn_about_a_line_leaves_the_line_where_it_is_and_turns_add_up(seed, angle, more):
+    rng = np.random.default_rng(seed)
+    axis, point = rng.normal(size=(2, 3))
+    axis /= np.linalg.norm(axis)
+    T = poses.turn_about(axis, point, angle)
+    line = point + rng.normal(size=(5, 1)) * axis
+    np.testing.assert_allclose(poses.transform(T, line), line, atol=1e-12)
+    assert poses.twist(T[:3, :3], axis) == pytest.approx(angle, abs=1e-9)
+    np.testing.assert_allclose(poses.invert(T), poses.turn_about(axis, point, -angle), atol=1e-12)
+    both = poses.turn_about(axis, point, more) @ T
+    np.testing.assert_allclose(both, poses.turn_about(axis, point, angle + more), atol=1e-12)
+
+
 @given(seeds)
 def test_a_twist_is_the_turn_about_an_axis_that_a_rotation_begins_with(seed):
     rng = np.random.default_rng(seed)

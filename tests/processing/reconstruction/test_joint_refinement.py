@@ -175,8 +175,8 @@ def test_only_views_that_nothing_connects_are_registered_anew(ready):
 def test_a_pair_that_is_not_believed_is_no_edge(ready):
     """Nor is one with another pose that explains the views as well."""
     wrong = random_pose(np.random.default_rng(0))
-    for doubt in ({"status": "diverged"}, {"status": "ambiguous", "alternatives": (np.eye(4),)}):
-        pairs = [exact(ready, 1, 0), replace(exact(ready, 2, 1), T_target_source=wrong, **doubt)]
+    for flaw in ({"status": "diverged"}, {"status": "ambiguous", "alternatives": (np.eye(4),)}):
+        pairs = [exact(ready, 1, 0), replace(exact(ready, 2, 1), T_target_source=wrong, **flaw)]
         found = jointly(ready, pairs, never)
         assert found.views[2].status == "not_connected"
 
