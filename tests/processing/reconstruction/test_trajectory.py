@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories, collect_placed
+from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories
 from orbitscan.processing.results.records import Evidence, PairEstimate
 from orbitscan.processing.results.status import Status
 from tests.geometry import random_pose
@@ -107,4 +107,4 @@ def test_only_views_that_are_ok_are_collected():
     trajectory.start(view(0))
     trajectory.extend(view(1), pair(1, 0, np.eye(4), "diverged"), trajectory.last)
     trajectory.extend(view(2), pair(2, 1, None, "no_consensus"), trajectory.last)
-    assert list(collect_placed(trajectory.result(0))) == [0]
+    assert list(trajectory.result(0).placed) == [0]
