@@ -1,43 +1,33 @@
 """THE PAGE: the method of the thesis (chapters 3 and 4) and what we add to it, a named call for each step, in order.
 
 Views come without poses, and ground truth never enters here: `errors.with_errors` adds errors to what this yields.
+`steps.Steps` gives each step its settings and times it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from orbitscan.processing.features.keypoints import detect_keypoints
-from orbitscan.processing.features.shot import describe
+from orbitscan.processing.reconstruction.coverage import measure_coverage
 from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.model import build_model
-from orbitscan.processing.reconstruction.trajectory import Placed, Trajectory
+from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories
 from orbitscan.processing.reconstruction.turntable import fit_turntable
-from orbitscan.processing.registration.competition import doubt
-from orbitscan.processing.registration.matching import match
-from orbitscan.processing.registration.pair import (
-    Matches,
-    last_correspondences,
-    register_competing,
-    register_consensus,
-    register_icp,
-)
-from orbitscan.processing.registration.prepared_view import Prepared, Shelf
-from orbitscan.processing.registration.ransac import estimate_pose
-from orbitscan.processing.results.records import METHODS, PairEstimate, SessionResult, ViewRecord, ViewResult
+from orbitscan.processing.registration.competition import verify_sliding
+from orbitscan.processing.registration.methods import Matched, Matches, choose_correspondences
+from orbitscan.processing.registration.pair import PairRegistration
+from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
+from orbitscan.processing.results.records import PairEstimate, SessionResult, ViewRecord, ViewResult
+from orbitscan.processing.results.status import METHODS, Status, best_method
 from orbitscan.processing.settings import Settings
-from orbitscan.processing.surface.preparation import Scale, choose_scale, prepare
-from orbitscan.processing.timing import SESSION, Stopwatch, total
+from orbitscan.processing.steps import Steps
+from orbitscan.processing.surface.preparation import choose_scale
+from orbitscan.processing.timing import FEATURE_METHODS, SESSION, Stopwatch, total
 from orbitscan.recorder.session import SessionInfo, View, Views
 
 if TYPE_CHECKING:
     from orbitscan.processing.classification.classifier import Classifier
-
-_STREAMED = ("icp", "ransac_icp", "pairwise")  # place a view when it comes; `refined` begins where `pairwise` ends
-_USE_FEATURES = ("ransac_icp", "pairwise", "refined")
-_RANSAC = 4  # the thesis's number of the step that draws at random, part of its generator's seed
 
 
 def process(
@@ -53,28 +43,29 @@ def process(
     Without a classifier nothing is classified. The same input, settings and seed give the same numbers to the last
     bit, whatever the number of threads.
     """
-    settings = settings or Settings()
-    watch = Stopwatch()
+    settings, watch = settings or Settings(), Stopwatch(methods)
     scale = choose_scale(views, settings.surface)
-    steps = _Steps(scale, info, settings, tuple(methods), seed, watch)
-    shelf = Shelf(views, steps.prepare, steps.prepare_surface, settings.surface.kept_views)
-    streamed = [m for m in _STREAMED if m in methods or (m == "pairwise" and "refined" in methods)]
-    trajectories = {method: Trajectory(retries=method == "pairwise") for method in streamed}
+    steps = Steps(scale, info, settings, seed, watch)
+    described = partial(prepare_view, steps) if set(methods) & set(FEATURE_METHODS) else steps.prepare
+    cache = ViewCache(views, described, steps.prepare, settings.surface.kept_views)
+    trajectories = begin_trajectories(methods)
     records: list[ViewRecord] = []
     origin = None
     for view in views:
         with watch("classification", SESSION):
             shown = classifier.classify_view(view.index, view.points) if classifier else None  # (3.18) to (3.22)
-        current = shelf.put(view)
-        poses, pairs, found = {}, {}, {}
+        current = cache.put(view)  # steps 1 and 2
+        poses, pairs = {}, {}
+        matched: Matched = {}
         for method, trajectory in trajectories.items():
             if not current.surface.enough:
-                poses[method] = trajectory.skip(view.index, "unreadable" if view.damage else "too_few_points")
+                poses[method] = trajectory.skip(view.index, Status.UNREADABLE if view.damage else Status.TOO_FEW_POINTS)
             elif trajectory.last is None:
                 origin = view.index
                 poses[method] = trajectory.start(current)
             else:
-                pairs[method], target = steps.attach(method, current, trajectory, found)
+                attempt = partial(register, steps, method, trajectory, matched, current)  # steps 3 to 5
+                pairs[method], target = trajectory.attach(attempt)
                 poses[method] = trajectory.extend(current, pairs[method], target)  # (4.17)
         result = ViewResult(
             view=view.index,
@@ -83,7 +74,7 @@ def process(
             points=current.surface.points,
             colors=current.surface.colors,
             keypoints=current.keypoints,
-            correspondences=last_correspondences(current, found),
+            correspondences=choose_correspondences(current, pairs, matched),
             pairs=pairs,
             poses=poses,
             seconds=watch.lap(),
@@ -93,107 +84,54 @@ def process(
         )
         records.append(ViewRecord.of(result))
         yield result
-    reconstruction = {method: trajectory.result(origin) for method, trajectory in trajectories.items()}
+    found = {method: trajectory.result(origin) for method, trajectory in trajectories.items()}
     if "refined" in methods:
-        with watch("refine", "refined"):
-            reconstruction["refined"] = refine_jointly(
-                reconstruction["pairwise"], origin, shelf, steps.register_unguided, settings.pair, settings.graph
-            )
-    best = next((method for method in reversed(METHODS) if method in methods), None)
-    placed = {v.view: v.T_0_i for v in reconstruction[best].views if v.status == "ok"} if best else {}
+        anew = partial(register, steps, "refined", Trajectory(), None)  # knows nothing of the views before
+        with watch.alone("refine", "refined"):
+            found["refined"] = refine_jointly(found["pairwise"], origin, cache, anew, settings.pair, settings.graph)
+    best = best_method(methods)
+    placed = found[best].placed if best else {}
     with watch("outlier_removal", SESSION):
-        model = build_model(views, placed, best, scale, info.sensor_origin, settings.model)
+        model = build_model(views, placed, best, scale, info.sensor_origin, settings.model)  # 4.4
+    turntable = fit_turntable(placed, settings.turntable)
     laps = [*(record.seconds for record in records), watch.lap()]
     yield SessionResult.of(
         records,
         info=info,
         origin=origin,
         classification=classifier.fuse([r.classification for r in records if r.classification]) if classifier else None,
-        reconstruction={method: reconstruction[method] for method in METHODS if method in methods},
+        reconstruction={method: found[method] for method in METHODS if method in methods},
         model=model,
-        turntable=fit_turntable(placed, settings.turntable),
+        turntable=turntable,
+        coverage=measure_coverage(placed, info.sensor_origin, model, turntable, settings.coverage),
         seconds=total(laps, methods, watch.elapsed),
         settings=asdict(settings),
         seed=seed,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Steps:
-    """The steps of the method on one session: its scale and settings, and the watch that times them."""
+def prepare_view(steps: Steps, view: View) -> PreparedView:
+    """Prepare a view's surface and, where it has points enough, its described keypoints."""
+    prepared = steps.prepare(view)
+    if not prepared.surface.enough:
+        return prepared
+    keypoints = steps.detect_keypoints(prepared)  # step 1: ISS (4.1)
+    descriptors, frames = steps.describe(prepared, keypoints)  # step 2: SHOT (4.1)
+    return replace(prepared, keypoints=keypoints, descriptors=descriptors, frames=frames)
 
-    scale: Scale | None
-    info: SessionInfo
-    settings: Settings
-    methods: tuple[str, ...]
-    seed: int
-    watch: Stopwatch
 
-    def prepare_surface(self, view: View) -> Prepared:
-        """A view's surface alone."""
-        with self.watch("prepare", *self.methods):
-            surface = prepare(view, self.scale, self.info.sensor_origin, self.settings.surface)
-        nothing = np.empty((0, 3)), np.empty((0, 0)), np.empty((0, 3, 3))
-        return Prepared(surface, *nothing, self.scale, self.settings.pair.refinement)
-
-    def prepare(self, view: View) -> Prepared:
-        """Steps 1 and 2: ISS keypoints of its surface and their SHOT descriptors too, for the methods that use them."""
-        bare, how, users = self.prepare_surface(view), self.settings, self._users(_USE_FEATURES)
-        if not (bare.surface.enough and users):
-            return bare
-        points, w = bare.surface.working, self.scale.working
-        with self.watch("keypoints", *users):
-            radii = w * how.keypoints.salient_radius, w * how.keypoints.non_max_radius
-            keypoints = points[detect_keypoints(points, *radii, how.keypoints)[0]]
-        with self.watch("descriptors", *users):
-            descriptors, frames = describe(points, bare.surface.normals, keypoints, w * how.shot.radius)
-        return replace(bare, keypoints=keypoints, descriptors=descriptors, frames=frames)
-
-    def attach(
-        self, method: str, source: Prepared, trajectory: Trajectory, found: dict[Prepared, Matches]
-    ) -> tuple[PairEstimate, Placed]:
-        """Steps 3 to 5: the view registered to the first of a method's targets that it fits, else to the likeliest."""
-        attempts = []
-        for target in trajectory.targets:
-            pair = self.register(method, source, target.prepared, found, trajectory.step)
-            pair = doubt(pair, trajectory.usual_misfit, self.settings.pair) if method == "pairwise" else pair
-            attempts.append((pair, target))
-            if pair.status == "ok":
-                break
-        order = {"ok": 2, "ambiguous": 1}
-        return max(reversed(attempts), key=lambda attempt: (order.get(attempt[0].status, 0), attempt[0].confidence))
-
-    def register(
-        self, method: str, source: Prepared, target: Prepared, found: dict[Prepared, Matches], step: np.ndarray | None
-    ) -> PairEstimate:
-        """The pose of a pair by one method; `found` keeps the matches with a target for the method after it."""
-        how = self.settings.pair
-        if method == "icp":
-            with self.watch("icp", method):
-                return register_icp(source, target, how)
-        if target not in found:
-            found[target] = self.correspond(source, target)
-        if method == "ransac_icp":
-            with self.watch("icp", method):
-                return register_consensus(source, target, found[target], how)
-        with self.watch("refine", *self._users(("pairwise", "refined"))):
-            return register_competing(source, target, found[target], step, how)
-
-    def register_unguided(self, source: Prepared, target: Prepared) -> PairEstimate:
-        """Any two views, for the joint refinement alone."""
-        matches = self.correspond(source, target, ("refined",))
-        return register_competing(source, target, matches, None, self.settings.pair)
-
-    def correspond(self, source: Prepared, target: Prepared, methods: Sequence[str] = _USE_FEATURES) -> Matches:
-        """Steps 3 and 4: matched descriptors, and the pose most of them agree on."""
-        how, users = self.settings, self._users(methods)
-        with self.watch("matching", *users):
-            indices = match(source.descriptors, target.descriptors, how.matching)
-        with self.watch("ransac", *users):
-            points = source.keypoints[indices[:, 0]], target.keypoints[indices[:, 1]]
-            rng = np.random.default_rng((self.seed, _RANSAC, source.view, target.view))
-            consensus = estimate_pose(*points, self.scale.working * how.ransac.tolerance, how.ransac, rng)
-        return Matches(indices, consensus)
-
-    def _users(self, methods: Sequence[str]) -> list[str]:
-        return [method for method in self.methods if method in methods]
+def register(
+    steps: Steps, method: str, before: Trajectory, matched: Matched | None, source: PreparedView, target: PreparedView
+) -> PairEstimate:
+    """Register a pair by one method; `matched` keeps the source's matches for the methods after it."""
+    pair, matched = PairRegistration(source, target, steps.settings.pair), {} if matched is None else matched
+    if method == "icp":
+        return steps.register_icp(pair)  # the baseline (5.2): ICP from the identity
+    if target not in matched:
+        indices = steps.match(pair)  # step 3: correspondences (4.2)
+        consensus = steps.estimate_pose(pair, indices)  # step 4: RANSAC (algorithms 1, 2), (4.8) to (4.22)
+        matched[target] = Matches(indices, consensus)
+    if method == "ransac_icp":
+        return steps.register_icp(pair, matched[target])  # step 5: ICP from the consensus (4.3)
+    estimate = steps.register_competing(pair, matched[target], before.step)  # ours, in the place of step 5
+    return verify_sliding(estimate, before.usual_misfit, steps.settings.pair)

@@ -9,17 +9,18 @@ from pydantic import TypeAdapter, ValidationError
 
 from orbitscan.processing.features.keypoints import KeypointSettings
 from orbitscan.processing.features.shot import ShotSettings
+from orbitscan.processing.reconstruction.coverage import CoverageSettings
 from orbitscan.processing.reconstruction.model import ModelSettings
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings
 from orbitscan.processing.reconstruction.turntable import TurntableSettings
-from orbitscan.processing.registration.competition import PairSettings
 from orbitscan.processing.registration.matching import MatchSettings
+from orbitscan.processing.registration.pair import PairSettings
 from orbitscan.processing.registration.ransac import RansacSettings
 from orbitscan.processing.surface.preparation import SurfaceSettings
 from orbitscan.recorder.exceptions import InvalidOption
 
 Kind = TypeVar("Kind")
-THESIS_METHODS = ("icp", "ransac_icp")  # `--settings thesis`: all else the thesis gives is the default already
+THESIS_METHODS = ("icp", "ransac_icp")  # all else the thesis gives is the default already
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Settings:
     pair: PairSettings = field(default_factory=PairSettings)
     graph: GraphSettings = field(default_factory=GraphSettings)
     turntable: TurntableSettings = field(default_factory=TurntableSettings)
+    coverage: CoverageSettings = field(default_factory=CoverageSettings)
     model: ModelSettings = field(default_factory=ModelSettings)
 
 

@@ -3,11 +3,15 @@
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
+
+from orbitscan.processing.results.status import METHODS
 
 SESSION = "session"  # in a method's place: what is done once, whatever the methods
 STAGES = ("prepare", "keypoints", "descriptors", "matching", "ransac", "icp", "refine")
+FEATURE_METHODS = ("ransac_icp", "pairwise", "refined")  # those that use keypoints
+_USERS = {"prepare": METHODS, "refine": ("pairwise", "refined")}  # of a shared stage; of the others: FEATURE_METHODS
 
 
 class Stopwatch:
@@ -16,7 +20,8 @@ class Stopwatch:
     Where one stage runs inside another, its seconds are its own and not the outer one's.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, methods: Sequence[str] = METHODS) -> None:
+        self._methods = tuple(methods)
         self._started = time.perf_counter()
         self._inside: list[float] = []  # of each running stage, outermost first: seconds of finished stages inside it
         self._seconds: defaultdict[str, defaultdict[str, float]] = defaultdict(lambda: defaultdict(float))
@@ -35,6 +40,20 @@ class Stopwatch:
                 self._inside[-1] += elapsed
             for method in methods:
                 self._seconds[method][stage] += own
+
+    def shared(self, stage: str) -> AbstractContextManager[None]:
+        """Time a stage, for all methods of this watch that use it."""
+        return self(stage, *(method for method in self._methods if method in _USERS.get(stage, FEATURE_METHODS)))
+
+    @contextmanager
+    def alone(self, stage: str, method: str) -> Iterator[None]:
+        """Time a stage for one method, and all shared stages inside it for that method alone."""
+        methods, self._methods = self._methods, (method,)
+        try:
+            with self(stage, method):
+                yield
+        finally:
+            self._methods = methods
 
     @property
     def elapsed(self) -> float:

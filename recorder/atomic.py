@@ -6,30 +6,44 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from orbitscan.recorder.exceptions import UnwritableOutput
+from orbitscan.recorder.exceptions import UnwritableOutput, Wording
+
+Failures = type[Exception] | tuple[type[Exception], ...]
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """`<path>.part` to be written, which takes the place of `path` when the block ends. Raises UnwritableOutput."""
-    part = path.with_name(path.name + ".part")
+def whole_file(
+    path: Path, *, keep_suffix: bool = False, failures: Failures = (OSError, RuntimeError)
+) -> Iterator[Path]:
+    """`<path>.part` to be written, which takes the place of `path` when the block ends; its folder is made.
+
+    The file is on the disk before it is renamed; where the block raises it is removed. With `keep_suffix` it is
+    `<stem>.part<suffix>`, for writers that go by the suffix. Raises UnwritableOutput for `failures` of the writer:
+    Rerun's and torch's are RuntimeErrors.
+    """
+    part = path.with_suffix(f".part{path.suffix}") if keep_suffix else path.with_name(f"{path.name}.part")
     try:
+        part.parent.mkdir(parents=True, exist_ok=True)
         yield part
+        _flush_file(part)
         part.replace(path)
-    except (OSError, RuntimeError) as error:  # Rerun's are RuntimeErrors
-        with suppress(OSError):  # it may stand where nothing can: in a file
+    except BaseException as error:
+        with suppress(OSError):  # it may stand where nothing can: in a file, in a folder that is read-only
             part.unlink(missing_ok=True)
-        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
-        raise UnwritableOutput(path, f"cannot be written ({reason})", "choose another place with -o") from None
-    except BaseException:
-        part.unlink(missing_ok=True)
+        if isinstance(error, failures):
+            raise unwritable(path, error) from None
         raise
 
 
+def unwritable(path: Path, error: Exception) -> UnwritableOutput:
+    """What is told where a file cannot be written; Rerun's and torch's errors have a text alone."""
+    reason = getattr(error, "strerror", None) or next(iter(str(error).splitlines()), type(error).__name__)
+    return UnwritableOutput(path, f"cannot be written ({reason})", Wording("choose another {place}"))
+
+
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a text or bytes, the folder too where there is none. Raises UnwritableOutput."""
+    """Write a text or bytes. Raises UnwritableOutput."""
     with whole_file(path) as part:
-        part.parent.mkdir(parents=True, exist_ok=True)
         part.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
@@ -71,9 +85,13 @@ def _aside(folder: Path) -> tuple[Path, Path]:
 def _flush(folder: Path) -> None:
     for path in folder.rglob("*"):
         if path.is_file():
-            with path.open("r+b") as stream:
-                os.fsync(stream.fileno())
+            _flush_file(path)
     _flush_entries(folder)
+
+
+def _flush_file(path: Path) -> None:
+    with path.open("r+b") as stream:
+        os.fsync(stream.fileno())
 
 
 def _flush_entries(folder: Path) -> None:

@@ -1,8 +1,8 @@
-"""What would spoil the processing of a session, each finding with the option of `orbitscan convert` that mends it."""
+"""What would spoil the processing of a session, each finding with the settings of its conversion that mend it."""
 
 import hashlib
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,8 +11,8 @@ import numpy as np
 from orbitscan.recorder import cloud, poses
 from orbitscan.recorder.alignment import Judgement, judge, right_handed_axes
 from orbitscan.recorder.conversion import Conversion, recorded
-from orbitscan.recorder.exceptions import InvalidPose
-from orbitscan.recorder.session import Session, SessionInfo, View
+from orbitscan.recorder.exceptions import InvalidPose, Values, Wording, as_keywords, spelled
+from orbitscan.recorder.session import Session, SessionInfo, View, name_views
 
 FEW_POINTS = 10
 LINE, PLANE = 0.01, 0.01  # spread across over spread along, below which a cloud is no more than that
@@ -34,7 +34,11 @@ class Finding:
     remedy: str = ""
 
     def __str__(self) -> str:
-        return f"{self.severity}: {self.what}" + (f"; {self.remedy}" if self.remedy else "")
+        return self.spelled(as_keywords)
+
+    def spelled(self, spell: Callable[[Values], str]) -> str:
+        """The finding in a line, its remedy's settings written as `spell` does."""
+        return f"{self.severity}: {self.what}" + (f"; {spelled(self.remedy, spell)}" if self.remedy else "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +66,19 @@ def check(session: Session) -> list[Finding]:
     return findings + check_poses(session, _turned(session.info, seen))
 
 
+def check_together(sessions: Sequence[Session]) -> list[Finding]:
+    """The problems that a setting mends in sessions of one view each: axes and sizes are those of most of them."""
+    if not sessions:
+        return []
+
+    def load(index: int) -> View:
+        return replace(sessions[index].load(0), index=index)
+
+    names = tuple(session.info.name for session in sessions)
+    findings = check(Session(replace(sessions[0].info, views=len(names)), names, load))
+    return [finding for finding in findings if finding.severity == "problem" and isinstance(finding.remedy, Wording)]
+
+
 def check_poses(session: Session, axes: str | None = None) -> list[Finding]:
     """The findings on a session's true poses; `axes` are those the clouds should have been read with, where known."""
     try:
@@ -71,7 +88,8 @@ def check_poses(session: Session, axes: str | None = None) -> list[Finding]:
     if session.info.has_estimates:
         return [Finding("info", f"its poses are {session.info.source_poses}: no errors will be told")]
     if not known:
-        return [Finding("info", "no true poses, so no errors will be told", "pass --poses FILE where they exist")]
+        remedy = Wording("name their file with {poses} where they exist")
+        return [Finding("info", "no true poses, so no errors will be told", remedy)]
     findings = []
     if known < session.info.views:
         findings.append(Finding("info", f"true poses of {known} of {session.info.views} views"))
@@ -84,7 +102,8 @@ def check_poses(session: Session, axes: str | None = None) -> list[Finding]:
 def _look(view: View) -> _Sight:
     points, _ = cloud.finite(view.points)
     sample = points[:: max(1, -(-len(points) // SAMPLE))].astype(np.float64)
-    diameter, shape = 0.0, "body"
+    diameter = 0.0
+    shape: Literal["line", "plane", "body"] = "body"
     if len(sample) >= FEW_POINTS:
         diameter = float(np.linalg.norm(np.ptp(np.percentile(sample, [0.5, 99.5], axis=0), axis=0)))
         along, across, through = np.linalg.svd(sample - sample.mean(axis=0), compute_uv=False) / np.sqrt(len(sample))
@@ -138,11 +157,12 @@ def _check_sizes(info: SessionInfo, seen: Sequence[_Sight]) -> list[Finding]:
     diameter = float(np.median([sight.diameter for sight in seen]))
     distance = float(np.median([np.linalg.norm(sight.center) for sight in seen]))
     size = f"the object measures {length(diameter)} at a distance of {length(distance)}"
+    either = Wording("check {units} and {scale}")
     if diameter > LARGE or (distance > FAR and diameter > LARGE_AND_FAR):
-        remedy = "pass --units mm if these are millimetres" if info.source_units == "m" else "check --units and --scale"
+        remedy = Wording("pass {units} if these are millimetres", units="mm") if info.source_units == "m" else either
         return [Finding("problem", size, remedy)]
     if 0 < diameter < SMALL:
-        remedy = "check --units and --scale" if info.source_units == "m" else "pass --units m if these are metres"
+        remedy = either if info.source_units == "m" else Wording("pass {units} if these are metres", units="m")
         return [Finding("problem", size, remedy)]
     return []
 
@@ -150,12 +170,13 @@ def _check_sizes(info: SessionInfo, seen: Sequence[_Sight]) -> list[Finding]:
 def _check_sensor(info: SessionInfo, seen: Sequence[_Sight]) -> list[Finding]:
     if info.sensor_origin is None:
         what = "unknown sensor origin: free-space tests are off and normals point away from the centroid"
-        return [Finding("warning", what, "pass --sensor-origin X,Y,Z if it is known")]
+        return [Finding("warning", what, Wording("give its x, y, z with {sensor_origin} if it is known"))]
     near = [np.linalg.norm(sight.center - info.sensor_origin) < INSIDE * sight.diameter for sight in seen]
     if np.mean(near) > 0.5:
-        return [Finding("problem", "the sensor's origin lies within the object", "pass --sensor-origin unknown")]
+        remedy = Wording("pass {sensor_origin}", sensor_origin="unknown")
+        return [Finding("problem", "the sensor's origin lies within the object", remedy)]
     if axes := _turned(info, seen):
-        return [Finding("problem", "the points do not lie in front of the camera", f"pass --axes {axes}")]
+        return [Finding("problem", "the points do not lie in front of the camera", Wording("pass {axes}", axes=axes))]
     return []
 
 
@@ -176,11 +197,10 @@ def _turned(info: SessionInfo, seen: Sequence[_Sight]) -> str | None:
 def _pose_finding(judgement: Judgement, info: SessionInfo, axes: str | None) -> Finding:
     given = judgement.given
     if judgement.better:
-        flags = [_with_axes(reading, given, axes).flags(given) for reading in judgement.better]
-        equal = f" ({' or '.join(flags[1:])} fits as well)" if len(flags) > 1 else ""
+        first, *equal = (_with_axes(reading, given, axes).changes(given) for reading in judgement.better)
         what = f"poses: {length(judgement.residual)} as given, {length(judgement.better_residual)} "
         what += _describe(judgement.better[0], given)
-        return Finding("problem", what, f"pass {flags[0]}{equal}" if info.source in ("", "clouds") else "")
+        return Finding("problem", what, _advise(first, equal) if info.source in ("", "clouds") else "")
     if judgement.aligned:
         return Finding("info", f"poses align the views to {length(judgement.residual)}")
     what = f"poses align the views only to {length(judgement.residual)}"
@@ -191,6 +211,14 @@ def _pose_finding(judgement: Judgement, info: SessionInfo, axes: str | None) -> 
     return Finding(
         "warning", f"{what}, more than the clouds' resolution and noise explain", "errors mean no more than that"
     )
+
+
+def _advise(first: Values, equal: Sequence[Values]) -> Wording:
+    """Which settings to change, and which others would do as well."""
+    others: list[str | Values] = []
+    for settings in equal:
+        others += [" or " if others else " (", settings]
+    return Wording.of("pass ", first, *others, *([" fits as well)"] if others else []))
 
 
 def _with_axes(reading: Conversion, given: Conversion, axes: str | None) -> Conversion:
@@ -214,16 +242,3 @@ def length(metres: float) -> str:
     """A length in words, two digits: `0.6 mm`, `27 mm`, `1.2 m`."""
     number, unit = (metres, "m") if metres >= 1 else (1000 * metres, "mm")
     return f"{number:.0f} {unit}" if number >= 10 else f"{number:.2g} {unit}"
-
-
-def name_views(indices: Sequence[int]) -> str:
-    """`view 3`, `views 0-4, 7`."""
-    runs: list[list[int]] = []
-    for index in indices:
-        if runs and index == runs[-1][-1] + 1:
-            runs[-1].append(index)
-        else:
-            runs.append([index])
-    words = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs]
-    shown = ", ".join(words[:8]) + (f" and {len(words) - 8} more" if len(words) > 8 else "")
-    return f"view{'s' if len(indices) > 1 else ''} {shown}"

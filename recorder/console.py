@@ -34,7 +34,7 @@ def print_table(title: str, columns: Mapping[str, Mapping[str, Any]], rows: Sequ
 
 
 def progress(items: Iterable[Item], total: int, what: str) -> Iterator[Item]:
-    """The items, counted."""
+    """Yields the items and shows how many of `total` are done; `what` names the work."""
     with counter(total, what) as advance:
         for item in items:
             yield item
@@ -43,7 +43,7 @@ def progress(items: Iterable[Item], total: int, what: str) -> Iterator[Item]:
 
 @contextmanager
 def counter(total: int, what: str) -> Iterator[Callable[[], None]]:
-    """What counts one step of so many."""
+    """A function that counts one more step of `total`, and shows how far the work named `what` is."""
     if not sys.stderr.isatty():
         yield _log(total, what)
         return

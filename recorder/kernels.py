@@ -8,10 +8,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba import config, get_num_threads, njit
+import numba
+from numba import get_num_threads
 
 from orbitscan.recorder.caches import temporary_cache
 
+config: Any = numba.config  # its stubs lack some
+njit: Any = numba.njit
 config.THREADING_LAYER = "workqueue"  # numba's own threads never run; looking for others warns of old libraries
 
 _SLICES_PER_THREAD = 8  # enough to balance the load
@@ -26,7 +29,7 @@ def _choose_cache() -> bool:
     try:
         njit(cache=True)(_choose_cache)
     except RuntimeError:  # numba's "no locator available"
-        logger = logging.getLogger("orbitscan")
+        logger = logging.getLogger(__name__)
         try:
             folder = temporary_cache("kernels")
         except OSError:
@@ -37,7 +40,19 @@ def _choose_cache() -> bool:
     return True
 
 
-kernel: Callable[..., Any] = njit(cache=_choose_cache(), nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+_compile = njit(cache=_choose_cache(), nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+_kernels: list[Any] = []  # of all modules imported so far
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Decorate a function to be compiled when it is first called, its machine code kept from run to run."""
+    _kernels.append(_compile(function))
+    return _kernels[-1]
+
+
+def kernels_of(*modules: str) -> list[Any]:
+    """The kernels of imported modules, or of all modules of imported packages, by name."""
+    return [found for found in _kernels if f"{found.__module__}.".startswith(tuple(f"{name}." for name in modules))]
 
 
 def is_kept(function: Any, since: float = 0.0) -> bool:
@@ -66,5 +81,5 @@ def over_slices(function: Callable[..., None], count: int, *arguments: Any, thre
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
-    """Kept for all calls: to start threads takes longer than many a kernel."""
+    """A pool of so many threads, kept for all calls: to start threads takes longer than many a kernel."""
     return ThreadPoolExecutor(threads)

@@ -19,7 +19,7 @@ class Mesh:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """The lowest and the highest x, y, z."""
+        """The corners (3,) of the box around the mesh: the lowest and the highest x, y, z [m]."""
         return self.vertices.min(axis=0), self.vertices.max(axis=0)
 
     @property
@@ -29,15 +29,15 @@ class Mesh:
         return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6)
 
     def moved(self, x: float = 0, y: float = 0, z: float = 0) -> Mesh:
-        """The mesh, shifted [m]."""
+        """A copy of the mesh, shifted by x, y, z [m]."""
         return replace(self, vertices=self.vertices + np.array([x, y, z]))
 
     def turned(self, axis: str, degrees: float) -> Mesh:
-        """The mesh, turned about the origin's axis `x`, `y` or `z` by the right-hand rule."""
+        """A copy of the mesh, turned about the origin's axis `x`, `y` or `z` by the right-hand rule."""
         return replace(self, vertices=Rotation.from_euler(axis, degrees, degrees=True).apply(self.vertices))
 
     def painted(self, color: tuple[int, int, int]) -> Mesh:
-        """The mesh in one RGB colour."""
+        """A copy of the mesh in one RGB colour."""
         return replace(self, colors=np.tile(np.array(color, np.uint8), (len(self.vertices), 1)))
 
 

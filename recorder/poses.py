@@ -25,14 +25,20 @@ def make(rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
     return T
 
 
+def turn_about(axis: np.ndarray, point: np.ndarray, angle: float) -> np.ndarray:
+    """The 4x4 motion that turns by an angle [rad] about the line along a unit axis (3,) through a point (3,)."""
+    R = Rotation.from_rotvec(angle * axis).as_matrix()
+    return make(R, point - R @ point)
+
+
 def invert(T: np.ndarray) -> np.ndarray:
-    """T_b_a of T_a_b."""
+    """The inverse T_b_a of a motion T_a_b."""
     R = T[:3, :3]
     return make(R.T, -R.T @ T[:3, 3])
 
 
 def transform(T: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Points (N, 3) in frame b, in frame a; float64."""
+    """Points (N, 3) given in frame b, mapped by T_a_b to frame a; float64."""
     points = np.asarray(points, dtype=np.float64)
     # Written out, not a matrix product: a BLAS may sum in another order with another number of threads.
     x, y, z = points[:, 0, None], points[:, 1, None], points[:, 2, None]
@@ -40,7 +46,7 @@ def transform(T: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def rotate(T: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Directions (N, 3) in frame b, in frame a; float64."""
+    """Directions (N, 3) given in frame b, mapped by T_a_b to frame a; float64."""
     return transform(make(T[:3, :3], np.zeros(3)), directions)
 
 
@@ -69,7 +75,7 @@ def twist(R: np.ndarray, axis: np.ndarray) -> float:
 
 
 def check(T: np.ndarray, subject: str) -> np.ndarray:
-    """T with its rotation projected onto SO(3).
+    """The motion T (4, 4), its rotation projected onto SO(3).
 
     Raises InvalidPose where T is not finite, not 4x4 homogeneous, scaled, sheared or mirrored by more than the digits
     of a pose file explain.
@@ -85,7 +91,7 @@ def check(T: np.ndarray, subject: str) -> np.ndarray:
     R = T[:3, :3]
     off = float(np.abs(R.T @ R - np.eye(3)).max())
     if off > ROTATION_TOLERANCE:
-        raise InvalidPose(subject, f"a pose is no rotation (R^T R is {off:.2g} off the identity)", remedy)
+        raise InvalidPose(subject, f"a pose is not a rotation (R^T R is {off:.2g} off the identity)", remedy)
     if np.linalg.det(R) < 0:
         raise InvalidPose(subject, "a pose mirrors (determinant -1)", remedy)
     return make(project_rotation(R), T[:3, 3])
@@ -103,7 +109,7 @@ def from_quaternion(translation: np.ndarray, quaternion: np.ndarray, subject: st
 
 
 def to_quaternion(T: np.ndarray) -> np.ndarray:
-    """(x, y, z, w) of T's rotation, w >= 0."""
+    """The unit quaternion (x, y, z, w) of a motion's rotation, w >= 0."""
     return Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
 
 
@@ -139,7 +145,7 @@ def axes_to_rdf(axes: str) -> np.ndarray:
     remedy = "name where x, y and z point, right-handed, such as RDF (cameras), RUB (OpenGL), RFU, FLU (ROS bodies)"
     letters = axes.upper()
     if len(letters) != 3 or any(letter not in _DIRECTIONS for letter in letters):
-        raise InvalidOption(f"axes '{axes}'", "no three of R L U D F B", remedy)
+        raise InvalidOption(f"axes '{axes}'", "not three of R L U D F B", remedy)
     A = np.array([_DIRECTIONS[letter] for letter in letters], dtype=np.float64).T
     determinant = round(float(np.linalg.det(A)))
     if determinant == 0:

@@ -8,10 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, setting
 
 DEFAULT_VIEWS = 18  # thesis 5.2: 20 degrees apart
 ESTIMATED = "estimated by"  # how `source_poses` starts where a recording's poses are no ground truth
+Capture = Literal["circle", "unordered", "unknown"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ class SessionInfo:
     instance: str | None = None
     source: str = ""
     sensor: str = ""
-    capture: Literal["circle", "unordered", "unknown"] = "unknown"
+    capture: Capture = "unknown"
     sensor_origin: tuple[float, float, float] | None = (0.0, 0.0, 0.0)  # in the view's frame; None where unknown
     source_axes: str = "RDF"
     source_units: str = "m"
@@ -83,7 +84,7 @@ class Session:
         return Views(indices, self.load)
 
     def truth(self) -> Mapping[int, np.ndarray]:
-        """T_object_camera of every view whose true pose is known, by recorded index."""
+        """The true poses T_object_camera (4, 4), as far as they are known, by recorded index. Raises InvalidPose."""
         return self.load_truth()
 
 
@@ -104,8 +105,21 @@ def in_memory(info: SessionInfo, views: Sequence[View], truth: Mapping[int, np.n
     return Session(info, tuple(view.name for view in views), views.__getitem__, lambda: dict(truth or {}))
 
 
+def name_views(indices: Sequence[int], most: int = 8) -> str:
+    """Indices in words, ascending ones together: `view 3`, `views 0-4, 7`; of more than `most` parts the number."""
+    runs: list[list[int]] = []
+    for index in indices:
+        if runs and index == runs[-1][-1] + 1:
+            runs[-1].append(index)
+        else:
+            runs.append([index])
+    words = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs]
+    shown = ", ".join(words[:most]) + (f" and {len(words) - most} more" if len(words) > most else "")
+    return f"view{'s' if len(indices) > 1 else ''} {shown}"
+
+
 def select_views(selection: str, names: Sequence[str]) -> tuple[int, ...]:
-    """The recorded indices that a `--views` text selects.
+    """The recorded indices that a text selects.
 
     `18` is a count (equally spaced: floor(i n / k); all where k >= n), `all` every view, `0,1,5` a list, `0:12` a range
     (the end is left out), `bun*` names. Raises InvalidOption.
@@ -113,7 +127,7 @@ def select_views(selection: str, names: Sequence[str]) -> tuple[int, ...]:
     n = len(names)
     text = selection.strip()
     remedy = f"give a count, 'all', a list 0,1,5, a range 0:12 or a name pattern; the views are 0 to {n - 1}"
-    subject = f"--views {selection}"
+    subject = setting("views", selection)
     if text == "all":
         return tuple(range(n))
     if re.fullmatch(r"\d+", text):

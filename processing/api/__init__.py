@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from orbitscan.processing.classification.classifier import classify
     from orbitscan.processing.errors import with_errors
     from orbitscan.processing.pipeline import process
-    from orbitscan.processing.results.files import read_results
+    from orbitscan.processing.results.folder import read_results
     from orbitscan.processing.settings import Settings
     from orbitscan.recorder.exceptions import ScanError
     from orbitscan.recorder.mcap_file import read as open
@@ -43,7 +43,7 @@ _HOMES = {  # name -> its module, and what it is called there
     "classify": ("processing.classification.classifier", "classify"),
     "open": ("recorder.mcap_file", "read"),
     "process": ("processing.pipeline", "process"),
-    "read_results": ("processing.results.files", "read_results"),
+    "read_results": ("processing.results.folder", "read_results"),
     "simulate": ("recorder.simulation.camera", "simulate"),
     "with_errors": ("processing.errors", "with_errors"),
 }

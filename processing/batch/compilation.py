@@ -1,27 +1,17 @@
 """The numba kernels that `process` needs, compiled before they are: once on a machine, then read from numba's cache."""
 
-from collections.abc import Callable
+import logging
 from pathlib import Path
 
 import numpy as np
 
+from orbitscan.processing import kernels, registration, surface
 from orbitscan.processing.features import keypoints, shot
-from orbitscan.processing.registration import correspondences, hypotheses, normal_equations, ransac, surface_icp
-from orbitscan.processing.surface import normals, quadric
-from orbitscan.recorder.kernels import is_kept
+from orbitscan.processing.pipeline import process
+from orbitscan.recorder.kernels import is_kept, kernels_of
+from orbitscan.recorder.session import SessionInfo, View, in_memory
 
-KERNELS = (
-    normals._normals,
-    keypoints._saliency,
-    keypoints._is_largest,
-    shot._describe,
-    quadric._fit,
-    ransac._count_inliers,
-    correspondences._partners,
-    normal_equations._accumulate_chunks,
-    surface_icp._align_each,
-    hypotheses._screen,
-)
+USED = [room.__name__ for room in (surface, kernels, registration, keypoints, shot)]  # where the page's kernels stand
 
 
 def compiled() -> bool:
@@ -29,24 +19,23 @@ def compiled() -> bool:
 
     numba looks at a kernel's own file alone: where one that it calls has changed, it would run the old one.
     """
-    newest = max(path.stat().st_mtime for path in _sources())
-    return all(is_kept(kernel, newest) for kernel in KERNELS)
+    used = kernels_of(*USED)
+    folders = {Path(kernel.py_func.__code__.co_filename).parent for kernel in used}
+    newest = max(path.stat().st_mtime for folder in folders for path in folder.glob("*.py"))
+    return all(is_kept(kernel, newest) for kernel in used)
 
 
-def ensure_compiled(say: Callable[[str], None]) -> None:
+def ensure_compiled() -> None:
     """Compile the kernels where they are not, and say so first."""
     if not compiled():
-        say("Compiling the kernels: once on this machine, about 10 s ...")
+        logging.getLogger(__name__).warning("Compiling the kernels: once on this machine, about 10 s ...")
         compile_kernels()
 
 
 def compile_kernels() -> None:
     """Compile, or load from the cache, every kernel by using it once on a small scan."""
-    from orbitscan.processing.pipeline import process
-    from orbitscan.recorder.session import SessionInfo, View, in_memory
-
     if not compiled():
-        for folder in {kernel.stats.cache_path for kernel in KERNELS} - {None}:
+        for folder in {kernel.stats.cache_path for kernel in kernels_of(*USED)} - {None}:
             for file in Path(folder).glob("*.nb[ic]"):
                 file.unlink(missing_ok=True)
     rng = np.random.default_rng(0)
@@ -55,8 +44,3 @@ def compile_kernels() -> None:
     points = u * (0.1 + 0.03 * np.sin(9 * u[:, :1]) * np.cos(7 * u[:, 1:2])) + [0, 0, 1]
     views = [View(i, str(i), i, points[points[:, 2] < 1.03].astype(np.float32)) for i in range(2)]
     list(process(in_memory(SessionInfo("", 2), views).views(), SessionInfo("", 2)))
-
-
-def _sources() -> list[Path]:
-    folders = {Path(kernel.py_func.__code__.co_filename).parent for kernel in KERNELS}
-    return [path for folder in folders for path in folder.glob("*.py")]

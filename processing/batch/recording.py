@@ -11,7 +11,8 @@ import numba
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.processing.errors import with_errors
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.results.files import (
+from orbitscan.processing.results.folder import (
+    Results,
     changed,
     input_sha256,
     make_key,
@@ -19,13 +20,14 @@ from orbitscan.processing.results.files import (
     read_results,
     write_results,
 )
-from orbitscan.processing.results.records import METHODS, SessionResult
+from orbitscan.processing.results.records import SessionResult
 from orbitscan.processing.results.registered import FILE_NAME, place, write_registered
+from orbitscan.processing.results.status import METHODS, Status
 from orbitscan.processing.review.foxglove import LAYOUT_NAME, write_foxglove_layout
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.atomic import remove_leftovers, whole_folder
-from orbitscan.recorder.exceptions import ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput
+from orbitscan.recorder.exceptions import ProcessingFailed, ScanError, UnreadableRecording, UnwritableOutput, Wording
 from orbitscan.recorder.session import Session
 
 if TYPE_CHECKING:
@@ -57,21 +59,15 @@ class Outcome:
     folder: Path
     message: str  # one line: done, or skipped, or what is wrong
     status: Literal["done", "failed", "unfinished"] = "done"  # unfinished: somebody is still writing the recording
-    summaries: dict[str, dict[str, Any]] = field(default_factory=dict)  # by method; empty where there are no results
     error: ScanError | None = None
     damage: str | None = None
-    ambiguous_views: int = 0  # of the best method run
+    failed_views: int = 0  # of the best method run, ambiguous ones among them
+    ambiguous_views: int = 0
 
     @classmethod
     def failed(cls, path: Path, job: Job, error: ScanError) -> Self:
         """That of a recording without results."""
         return cls(path, job.results / path.stem, str(error), "failed", error=error)
-
-    @property
-    def failed_views(self) -> int:
-        """Of the best method run."""
-        best = next((method for method in reversed(METHODS) if method in self.summaries), None)
-        return self.summaries[best]["failed_views"] if best else 0
 
 
 def process_recording(path: Path, job: Job) -> Outcome:
@@ -86,9 +82,15 @@ def process_recording(path: Path, job: Job) -> Outcome:
         return Outcome.failed(path, job, error)
     except OSError as failure:
         problem = f"cannot be written ({failure.strerror or failure})"
-        return Outcome.failed(path, job, UnwritableOutput(job.results / path.stem, problem, "make room, or change -o"))
+        return Outcome.failed(
+            path,
+            job,
+            UnwritableOutput(job.results / path.stem, problem, Wording("make room, or choose another {place}")),
+        )
     except MemoryError:
-        return Outcome.failed(path, job, ProcessingFailed(path, "there is not enough memory", "use fewer --workers"))
+        return Outcome.failed(
+            path, job, ProcessingFailed(path, "there is not enough memory", Wording("use fewer {workers}"))
+        )
     except Exception as failure:  # of one recording out of hundreds: the others go on
         kept = _keep_traceback(_traceback_file(path, job))
         problem = f"a fault of orbitscan stopped it ({type(failure).__name__}: {failure})".replace("\n", " ")
@@ -110,7 +112,7 @@ def _process(path: Path, job: Job) -> Outcome:
             _draw_figures(folder)
         return _finished(path, folder, "already done")
     if folder.exists() and known is None:
-        raise UnwritableOutput(folder, "exists and holds no results", "move it, or choose another place with -o")
+        raise UnwritableOutput(folder, "exists and holds no results", Wording("move it, or choose another {place}"))
     with whole_folder(folder) as part:
         _process_session(session, path, part, key, job)
         after = os.stat(path)
@@ -147,7 +149,7 @@ def _process_session(session: Session, path: Path, folder: Path, key: dict[str, 
         for result in with_errors(estimates, truth):
             if isinstance(result, SessionResult):
                 review.add_session(result)
-                write_results(folder, result, key, path, session.damage, truth)
+                write_results(folder, result, Results.of(result, key, path.name, session.damage), truth)
                 _write_registered(folder, session, result)
             else:
                 review.add_view(result)
@@ -178,10 +180,10 @@ def _load_classifier(model: Path) -> "Classifier":
 
 
 def _finished(path: Path, folder: Path, message: str) -> Outcome:
-    results = read_results(folder)
-    summaries = {method: content["summary"] for method, content in results["reconstruction"].items()}
-    best = next((method for method in reversed(METHODS) if method in summaries), None)
-    views = results["reconstruction"][best]["views"] if best else []
-    ambiguous = sum(view["status"] == "ambiguous" for view in views)
-    damage = results["input"]["damage"]
-    return Outcome(path, folder, message, summaries=summaries, damage=damage, ambiguous_views=ambiguous)
+    results = read_results(folder).results
+    views = results.best.views if results.best else ()
+    failed = [view for view in views if view.status != Status.OK]
+    ambiguous = sum(view.status == Status.AMBIGUOUS for view in failed)
+    return Outcome(
+        path, folder, message, damage=results.input.damage, failed_views=len(failed), ambiguous_views=ambiguous
+    )

@@ -1,20 +1,17 @@
 """Many recordings at a time, in processes: a broken one takes no other along, and none outlives its parent."""
 
-import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import filelock
 import numba
 
 from orbitscan.processing.batch.recording import Job, Outcome, process_recording
-from orbitscan.recorder.exceptions import InvalidOption, ProcessingFailed, UnwritableOutput
+from orbitscan.recorder.exceptions import InvalidOption, ProcessingFailed, UnwritableOutput, Wording, setting
+from orbitscan.recorder.workers import as_ready
 
 LIFETIME = 24  # recordings of a worker: rerun keeps some megabytes of each, which only the process's end frees
 
@@ -48,48 +45,22 @@ def _process_in_pool(recordings: Sequence[Path], job: Job, workers: int) -> Iter
     """
     waiting = list(recordings)
     while waiting:
-        # spawn: forked children hang in libraries that had already started threads
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker) as pool:
-            pending = {pool.submit(process_recording, path, job): path for path in waiting}
-            lost = []
+        lost = []
+        for path, future in as_ready(partial(process_recording, job=job), waiting, workers):
             try:
-                for future in as_completed(pending):
-                    try:
-                        yield future.result()
-                    except BrokenProcessPool:
-                        lost.append(pending[future])
-            except BaseException:  # the caller leaves, or is interrupted: nobody wants what is still under way
-                _end(pool, list(pending))
-                raise
+                yield future.result()
+            except BrokenProcessPool:
+                lost.append(path)
         waiting = [path for path in waiting if path in lost]
         if waiting and workers == 1:
-            error = ProcessingFailed(waiting[0], "its process died (out of memory?)", "use fewer --workers or --views")
+            remedy = Wording("use fewer {workers} or {views}")
+            error = ProcessingFailed(waiting[0], "its process died (out of memory?)", remedy)
             yield Outcome.failed(waiting[0], job, error)
             waiting = waiting[1:]
         elif waiting:
             suspects = 2 * workers + 1  # the pool hands out one more than it has workers
             yield from _process_in_pool(waiting[:suspects], job, 1)
             waiting = waiting[suspects:]
-
-
-def _end(pool: ProcessPoolExecutor, pending: Sequence[Future]) -> None:
-    for future in pending:
-        future.cancel()
-    for process in multiprocessing.active_children():
-        process.terminate()
-    pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _begin_worker() -> None:
-    """An interrupt is the parent's to handle; and a worker whose parent was killed ends, whatever it is doing."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    multiprocessing.parent_process().join()
-    os._exit(1)
 
 
 @contextmanager
@@ -102,11 +73,13 @@ def _only_writer(results: Path) -> Iterator[None]:
         lock.acquire(timeout=0)
     except filelock.Timeout:
         raise InvalidOption(
-            f"-o {results}", "another orbitscan is writing there", "wait for it, or choose another place"
+            setting("results", results),
+            "another orbitscan is writing there",
+            Wording("wait for it, or choose another {place}"),
         ) from None
     except OSError as error:
         raise UnwritableOutput(
-            results, f"cannot be written ({error.strerror})", "choose another place with -o"
+            results, f"cannot be written ({error.strerror})", Wording("choose another {place}")
         ) from None
     try:
         yield

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zipfile
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,8 @@ from pydantic import TypeAdapter, ValidationError
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.processing.classification.network import Network
 from orbitscan.processing.classification.voxels import VoxelSettings
-from orbitscan.recorder.exceptions import ScanError, UnwritableOutput
+from orbitscan.recorder.atomic import whole_file
+from orbitscan.recorder.exceptions import ScanError
 
 FORMAT_VERSION = 1
 _REMEDY = "name a model made by 'orbitscan train'"
@@ -67,17 +67,8 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
 
 def write(content: dict[str, Any], path: Path) -> None:
     """Write tensors and plain values, whole or not at all. Raises UnwritableOutput."""
-    part = path.with_name(path.name + ".part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(path) as part:
         torch.save(content, part)
-        part.replace(path)
-    except (OSError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
-        raise UnwritableOutput(path, f"cannot be written ({reason})", "choose another place") from None
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 def read(path: Path) -> Any:

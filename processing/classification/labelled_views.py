@@ -14,7 +14,7 @@ from natsort import natsorted
 
 from orbitscan.processing.classification.voxels import Clouds, trim
 from orbitscan.recorder.cloud import finite
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, Wording, setting
 from orbitscan.recorder.session import Session
 
 MAX_POINTS = 8192  # kept of a view, each then standing for several: 50 kB, so that 30,000 views stay below 1.5 GB
@@ -90,7 +90,9 @@ def gather(
     for session in sessions:
         info = session.info
         if info.category is None and names is None:
-            raise InvalidOption(info.name, "does not say what it shows", "convert it with --category")
+            raise InvalidOption(
+                info.name, "does not say what it shows", "convert it with 'orbitscan convert --category'"
+            )
         for view in session.views(range(0, info.views, every)):
             points = trim(finite(view.points)[0], trim_share)
             if len(points) < FEWEST_POINTS:
@@ -139,15 +141,16 @@ def split_views(views: LabelledViews, validate: str = "last", test: str = "", se
     whole. Raises InvalidOption where a category would be left without a training instance.
     """
     rng = np.random.default_rng(seed)
-    testing = _choose(views, np.arange(len(views)), test, "--test", rng)
+    testing = _choose(views, np.arange(len(views)), test, "test", rng)
     rest = np.setdiff1d(np.arange(len(views)), testing)
-    validation = _choose(views, rest, validate, "--validate", rng)
+    validation = _choose(views, rest, validate, "validate", rng)
     train = np.setdiff1d(rest, validation)
     for index, name in enumerate(views.names):
         if not (views.categories[train] == index).any():
             have = len(np.unique(views.units[views.categories == index]))
             problem = f"of its {have} instance{'s' if have != 1 else ''} none is left to train on"
-            raise InvalidOption(name, problem, "record more, choose fewer with --validate and --test, or --split views")
+            remedy = Wording("record more, choose fewer with {validate} and {test}, or {split}", split="views")
+            raise InvalidOption(name, problem, remedy)
     return Split(train, validation, testing)
 
 
@@ -160,9 +163,9 @@ def _choose(views: LabelledViews, rows: np.ndarray, text: str, option: str, rng:
     if not drawn and not count.isdecimal():
         patterns = [word.strip() for word in text.split(",")]
         chosen = [i for i in rows if any(fnmatchcase(views.sessions[i], pattern) for pattern in patterns)]
-        if not chosen or option == "--validate":
-            remedy = "give 'last', a number, a share such as 20%" + (", or names" if option == "--test" else "")
-            raise InvalidOption(f"{option} {text}", "chooses nothing", remedy)
+        if not chosen or option == "validate":
+            remedy = "give 'last', a number, a share such as 20%" + (", or names" if option == "test" else "")
+            raise InvalidOption(setting(option, text), "chooses nothing", remedy)
         return rows[np.isin(views.units[rows], views.units[chosen])]
     chosen = []
     for index in range(len(views.names)):

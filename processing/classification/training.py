@@ -24,12 +24,9 @@ from orbitscan.processing.classification.labelled_views import LabelledViews, Sp
 from orbitscan.processing.classification.losses import classification_loss, orientation_labels, orientation_loss
 from orbitscan.processing.classification.network import BODY, DROPOUT, Network
 from orbitscan.processing.classification.voxels import VoxelSettings, voxel_grids
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, Wording
+from orbitscan.recorder.sources.washington import RUNS
 
-RUNS = {  # of a circle that the orientation head tells apart, thesis table 3.2
-    "apple": 1, "bell_pepper": 1, "bowl": 1, "cap": 6, "cell_phone": 6,
-    "coffee_mug": 4, "dry_battery": 4, "notebook": 4, "pliers": 6, "water_bottle": 1,
-}  # fmt: skip
 _EVALUATED = 2000  # training views at most that the training loss is measured on, in evaluation mode
 _CURVE = 100  # views of either set at most that a StepRecord is measured on
 _NO_SIZES: Sizes = ((), ())
@@ -95,7 +92,7 @@ def train(
     if len(views.names) < 2:
         raise InvalidOption(views.names[0], "is the only category", "give recordings of another one, too")
     if not (views.categories[split.validation] >= 0).any():
-        raise InvalidOption("the split", "leaves nothing to validate", "choose instances with --validate")
+        raise InvalidOption("the split", "leaves nothing to validate", Wording("choose instances with {validate}"))
     structure = settings.structure or f"{BODY}-FC({len(views.names)})"
     runs = tuple(settings.runs.get(name, 1) for name in views.names) if settings.orientation else ()
     key = {"settings": asdict(settings), "seed": seed, "fingerprint": views.fingerprint, "split": _hash(split)}

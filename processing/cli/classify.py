@@ -9,7 +9,7 @@ import typer
 
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.recorder.cli.convert import parse_columns
-from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud, setting
 
 if TYPE_CHECKING:
     from orbitscan.processing.results.records import SessionClassification, ViewClassification
@@ -45,7 +45,7 @@ def classify(
     from dataclasses import asdict
 
     from orbitscan.processing.classification.classifier import Classifier
-    from orbitscan.processing.results.files import describe_damage
+    from orbitscan.processing.results.folder import describe_damage
 
     session = _open(what, axes, units, scale, columns)
     classifier = Classifier(model)
@@ -64,7 +64,7 @@ def classify(
         print(f"{what}: {_sentence(fused)}")
         radius = classifier.odd_radius([view.points for view in chosen])
         if radius is not None:
-            print(f"A radius of {radius:.3g} m is no size of any category: are --units and --scale right?")
+            print(f"A radius of {radius:.3g} m is not the size of any category: are --units and --scale right?")
     damage = describe_damage(session.damage, {view.index: view.damage for view in chosen if view.damage})
     if damage:
         typer.echo(f"{what}: {damage}", err=True)
@@ -78,10 +78,10 @@ def _open(what: Path, axes: str | None, units: str | None, scale: float | None, 
 
         for name, said in (("axes", axes), ("units", units), ("scale", scale), ("columns", columns)):
             if said is not None:
-                raise InvalidOption(f"--{name} {said}", "a recording says it itself", "leave it out")
+                raise InvalidOption(setting(name, said), "a recording says it itself", "leave it out")
         return mcap_file.read(what)
+    from orbitscan.recorder.conversion import CaptureOptions
     from orbitscan.recorder.sources import open_capture
-    from orbitscan.recorder.sources.options import CaptureOptions
 
     if what.is_dir():
         raise InvalidOption(what, "is a folder", "name one cloud, or make a recording of it with 'orbitscan convert'")

@@ -1,14 +1,14 @@
 """The command `process`: from recordings to results."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitscan.recorder.cli.output import as_flags
 from orbitscan.recorder.console import progress
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, setting
 
 if TYPE_CHECKING:
     from orbitscan.processing.batch.recording import Job, Outcome
@@ -57,8 +57,8 @@ def process(
     """
     from orbitscan.processing.batch.compilation import ensure_compiled
     from orbitscan.processing.batch.inputs import find_recordings, find_unfinished
-    from orbitscan.processing.batch.report import report_batch
     from orbitscan.processing.batch.workers import process_all
+    from orbitscan.processing.cli.report import report_batch
 
     found = find_recordings(recordings)
     steps = _choose_settings(settings, step_deg, mesh)
@@ -71,18 +71,18 @@ def process(
     )
     for path in find_unfinished(recordings):
         typer.echo(f"{path}: skipped: it is still being written, or its writer was stopped", err=True)
-    ensure_compiled(partial(typer.echo, err=True))
+    ensure_compiled()
     outcomes = []
     for outcome in progress(process_all(found, job, workers), len(found), "Processing"):
         if outcome.error is not None and len(found) == 1:
             raise outcome.error
-        said = outcome.message if outcome.error else f"{outcome.recording}: {outcome.message}"
+        said = outcome.error.spelled(as_flags) if outcome.error else f"{outcome.recording}: {outcome.message}"
         typer.echo(said, err=outcome.status != "done")
         if outcome.damage:
             typer.echo(f"{outcome.recording}: {outcome.damage}", err=True)
         outcomes.append(outcome)
     report_batch(outcomes, results, figures)
-    done = [outcome for outcome in outcomes if outcome.summaries]
+    done = [outcome for outcome in outcomes if outcome.status == "done"]
     if done:
         typer.echo(f"Look at it: orbitscan view {done[0].folder if len(outcomes) == 1 else results}")
     raise typer.Exit(_exit_status(outcomes, strict))
@@ -94,7 +94,7 @@ def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings
     from orbitscan.recorder.libraries import load_open3d
 
     if step_deg is not None and not 0 < abs(step_deg) < 180:
-        raise InvalidOption(f"--step-deg {step_deg:g}", "no step of a turntable", "give degrees, such as 20 or -20")
+        raise InvalidOption(setting("step_deg", step_deg), "not a turntable's step", "give degrees, such as 20 or -20")
     chosen = read_settings(Path(name)) if name not in ("", "thesis") else Settings()
     if mesh or chosen.model.mesh.wanted:
         load_open3d("leave out --mesh")
@@ -110,7 +110,7 @@ def _choose_viewer(address: str) -> str:
     from orbitscan.processing.review.stream import is_address, is_open
 
     if not is_address(address):
-        raise InvalidOption(f"--viewer {address}", "no address of a viewer", f"write it like {VIEWER}")
+        raise InvalidOption(setting("viewer", address), "not the address of a viewer", f"write it like {VIEWER}")
     if not is_open(address):
         typer.echo(
             f"--live: no viewer is open at {address}; open one with 'rerun', and the next recordings show there",
@@ -127,7 +127,7 @@ def _choose_model(name: str) -> Path | None:
         return None
     path = Path(name) if name else PACKAGED
     if not path.is_file():
-        raise InvalidOption(f"--model {name}", "no such file", "name a model of 'orbitscan train', or 'none'")
+        raise InvalidOption(setting("model", name), "no such file", "name a model of 'orbitscan train', or 'none'")
     return path
 
 
@@ -143,12 +143,12 @@ def _make_job(
 ) -> "Job":
     from orbitscan.processing.batch.recording import Job
     from orbitscan.processing.batch.workers import threads_per_worker
-    from orbitscan.processing.results.records import METHODS
+    from orbitscan.processing.results.status import METHODS
     from orbitscan.processing.settings import THESIS_METHODS
 
     asked = [method.strip().replace("-", "_") for method in methods.split(",") if method.strip()]
     if unknown := [method for method in asked if method not in METHODS]:
-        raise InvalidOption(f"--methods {unknown[0]}", "no such method", f"choose of {', '.join(METHODS)}")
+        raise InvalidOption(setting("methods", unknown[0]), "no such method", f"choose of {', '.join(METHODS)}")
     default = THESIS_METHODS if thesis else METHODS
     return Job(
         results,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 import sys
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,6 +11,7 @@ import typer
 
 from orbitscan.processing.cli.train import choose_device
 from orbitscan.processing.reproduction import STUDIES, find
+from orbitscan.recorder.cli.output import as_flags
 from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption, ScanError
 
@@ -72,7 +72,7 @@ def reproduce(
         progress=progress,
     )
     command = shlex.join(["orbitscan", *sys.argv[1:]])
-    ensure_compiled(partial(typer.echo, err=True))
+    ensure_compiled()
     failed = False
     for name in STUDIES if what == "all" else [what]:
         try:
@@ -80,7 +80,7 @@ def reproduce(
         except ScanError as error:
             if what != "all":
                 raise
-            typer.echo(f"{name}: {error}", err=True)
+            typer.echo(f"{name}: {error.spelled(as_flags)}", err=True)
             failed = True
             continue
         paths = write(report, plan, command)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitscan.recorder.console import progress
-from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput
+from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput, setting
 
 if TYPE_CHECKING:
     from orbitscan.processing.classification.labelled_views import LabelledViews, Split
@@ -107,9 +107,9 @@ def choose_device(name: str) -> str:
     if name == "auto":
         return "cuda" if count else "cpu"
     if name.startswith("cuda") and not count:
-        raise InvalidOption(f"--device {name}", "there is no CUDA device here", "give cpu, or leave it out")
+        raise InvalidOption(setting("device", name), "there is no CUDA device here", "give cpu, or leave it out")
     if name not in ("cpu", "cuda", *(f"cuda:{i}" for i in range(count))):
-        raise InvalidOption(f"--device {name}", "no device", "give auto, cpu or cuda")
+        raise InvalidOption(setting("device", name), "not a device", "give auto, cpu or cuda")
     return name
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, ScanError, setting
 
 SHOWN_SESSIONS = 8  # of a batch that `view` opens, a few hundred megabytes at most
 _SIGNALLED = 128  # added to the number of a signal that ended the viewer, as a shell does
@@ -40,10 +40,10 @@ def view(
         _save_picture(files[0], screenshot, size, at)
         return
     if at is not None:
-        raise InvalidOption(f"--at {at}", "is for pictures", "add --screenshot OUT.png, or leave it out")
+        raise InvalidOption(setting("at", at), "is for pictures", "add --screenshot OUT.png, or leave it out")
     if left_out:
         sessions = "session is" if left_out == 1 else "sessions are"
-        typer.echo(f"{left_out} less bad {sessions} left out: --most {most + left_out} opens all, or name one.")
+        typer.echo(f"{left_out} better {sessions} left out: --most {most + left_out} opens all, or name one.")
     import subprocess
 
     from orbitscan.processing.review.screenshot import find_viewer
@@ -81,10 +81,8 @@ def _order(folders: Iterable[Path]) -> list[Path]:
 
     def read(folder: Path) -> Row:
         try:
-            row = read_row(folder)
-            worst_first([row])  # it has what the order asks for
-            return row
-        except (OSError, ValueError, KeyError, TypeError):
+            return read_row(folder)
+        except ScanError:
             return Row(folder.name, "failed")
 
     by_name = {folder.name: folder for folder in folders}
@@ -96,7 +94,9 @@ def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> 
 
     sides = size.split("x")
     if len(sides) != 2 or not all(side.isdigit() and 200 <= int(side) <= 8000 for side in sides):
-        raise InvalidOption(f"--size {size}", "no size of a picture", "give pixels from 200 to 8000, such as 1920x1080")
+        raise InvalidOption(
+            setting("size", size), "not the size of a picture", "give pixels from 200 to 8000, such as 1920x1080"
+        )
     reports = take_picture(recording, picture, size, at)
     where = "as it opens" if at is None else f"at view {at}"
     typer.echo(f"{picture}: {recording} {where}; " + ("no view complains." if not reports else "views complain:"))

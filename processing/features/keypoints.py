@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitscan.processing.kernels.eigen import symmetric_eigen
-from orbitscan.processing.kernels.grid import Cells, build, rows_around
+from orbitscan.processing.kernels.grid import Grid, build, rows_around
 from orbitscan.processing.kernels.moments import moments_around
 from orbitscan.recorder.kernels import kernel, over_slices
 
@@ -24,96 +24,57 @@ class KeypointSettings:
 
 def detect_keypoints(
     points: np.ndarray, salient_radius: float, non_max_radius: float, settings: KeypointSettings
-) -> tuple[np.ndarray, np.ndarray]:
-    """(indices, saliency): which of the points (N, 3) are keypoints (K,), most salient first; radii in metres.
+) -> np.ndarray:
+    """Return the indices (K,) of the keypoints among the points (N, 3), most salient first; radii are in metres.
 
     Saliency is the smallest eigenvalue of the scatter about the point. Zhong, Intrinsic shape signatures (2009), as
     PCL computes it.
     """
     wide, narrow = build(points, salient_radius), build(points, non_max_radius)
     salient, saliency = np.empty(len(points)), np.empty(len(points))
-    over_slices(
-        _saliency,
-        len(points),
-        wide.points,
-        wide.cells,
-        wide.low,
-        wide.cell,
-        float(salient_radius),
-        settings.gamma_21,
-        settings.gamma_32,
-        settings.min_neighbours,
-        salient,
-    )
+    gammas = settings.gamma_21, settings.gamma_32
+    over_slices(_fill_saliency, len(points), wide, gammas, settings.min_neighbours, salient)
     saliency[wide.order] = salient
     largest = np.empty(len(points), np.bool_)
-    over_slices(
-        _is_largest,
-        len(points),
-        narrow.points,
-        narrow.cells,
-        narrow.low,
-        narrow.cell,
-        float(non_max_radius),
-        saliency[narrow.order],
-        settings.min_neighbours,
-        largest,
-    )
+    over_slices(_find_largest, len(points), narrow, saliency[narrow.order], settings.min_neighbours, largest)
     indices = narrow.order[largest]
-    ranked = indices[np.lexsort((indices, -saliency[indices]))][: settings.at_most]
-    return ranked, saliency[ranked]
+    return indices[np.lexsort((indices, -saliency[indices]))][: settings.at_most]
 
 
 @kernel
-def _saliency(
-    start: int,
-    stop: int,
-    points: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    radius: float,
-    gamma_21: float,
-    gamma_32: float,
-    min_neighbours: int,
-    saliency: np.ndarray,
+def _fill_saliency(
+    start: int, stop: int, grid: Grid, gammas: tuple[float, float], min_neighbours: int, saliency: np.ndarray
 ) -> None:
-    """Fill saliency (N,) in [start, stop)."""
+    """Fill the rows [start, stop) of saliency (N,); the grid's cell is the radius."""
     sums, S, vectors = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for i in range(start, stop):
         saliency[i] = 0.0
-        if moments_around(points, cells, low, cell, i, radius, sums, S) >= min_neighbours:
+        if moments_around(grid, i, grid.cell, sums, S) >= min_neighbours:
             e3, e2, e1 = symmetric_eigen(S, vectors)
-            if e3 > 0.0 and e2 < gamma_21 * e1 and e3 < gamma_32 * e2:
+            if e3 > 0.0 and e2 < gammas[0] * e1 and e3 < gammas[1] * e2:
                 saliency[i] = e3
 
 
 @kernel
-def _is_largest(
-    start: int,
-    stop: int,
-    points: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    radius: float,
-    saliency: np.ndarray,
-    min_neighbours: int,
-    largest: np.ndarray,
+def _find_largest(
+    start: int, stop: int, grid: Grid, saliency: np.ndarray, min_neighbours: int, largest: np.ndarray
 ) -> None:
-    """Non-maximum suppression: fill largest (N,), which points are the most salient of their ball, in [start, stop)."""
+    """Suppress non-maxima: fill the rows [start, stop) of largest (N,), which points are the most salient around.
+
+    The grid's cell is the radius.
+    """
     rows = np.empty((9, 2), np.int64)
     for i in range(start, stop):
         largest[i] = False
         if saliency[i] <= 0.0:
             continue
-        rows_around(cells, low, cell, points[i], rows)
-        largest[i] = _is_largest_at(points, i, radius, saliency, rows) >= min_neighbours
+        rows_around(grid, grid.points[i], rows)
+        largest[i] = _count_less_salient(grid.points, i, grid.cell, saliency, rows) >= min_neighbours
 
 
 @kernel
-def _is_largest_at(points: np.ndarray, i: int, radius: float, saliency: np.ndarray, rows: np.ndarray) -> int:
-    """How many points lie in the ball about point i; -1 where one of them is more salient."""
+def _count_less_salient(points: np.ndarray, i: int, radius: float, saliency: np.ndarray, rows: np.ndarray) -> int:
+    """Count the points in the ball about point i; -1 where one of them is more salient."""
     px, py, pz, own = points[i, 0], points[i, 1], points[i, 2], saliency[i]
     count = 0
     for r in range(9):

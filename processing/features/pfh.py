@@ -6,7 +6,7 @@ each; the distance, f4, is not used. Not part of the registration: for compariso
 
 import numpy as np
 
-from orbitscan.processing.kernels.grid import Cells, build, rows_around
+from orbitscan.processing.kernels.grid import Grid, build, rows_around
 from orbitscan.recorder.kernels import kernel, over_slices
 
 STEPS = 5  # of each angle
@@ -29,29 +29,20 @@ def describe(points: np.ndarray, normals: np.ndarray, keypoints: np.ndarray, rad
     sorted_normals = np.ascontiguousarray(normals[known][grid.order], dtype=np.float32)
     keypoints = np.ascontiguousarray(keypoints, dtype=np.float64)
     descriptors = np.empty((len(keypoints), LENGTH), np.float32)
-    arguments = (grid.points, grid.cells, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
-    over_slices(_describe, len(keypoints), *arguments, descriptors)
+    over_slices(_describe, len(keypoints), grid, sorted_normals, keypoints, descriptors)
     return descriptors
 
 
 @kernel
 def _describe(
-    start: int,
-    stop: int,
-    points: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    normals: np.ndarray,
-    keypoints: np.ndarray,
-    radius: float,
-    descriptors: np.ndarray,
+    start: int, stop: int, grid: Grid, normals: np.ndarray, keypoints: np.ndarray, descriptors: np.ndarray
 ) -> None:
-    """Fill descriptors (K, 125) of the keypoints [start, stop)."""
+    """Fill descriptors (K, 125) of the keypoints [start, stop); the grid's cell is the radius."""
+    points, radius = grid.points, grid.cell
     rows = np.empty((9, 2), np.int64)
     for i in range(start, stop):
         px, py, pz = keypoints[i, 0], keypoints[i, 1], keypoints[i, 2]
-        rows_around(cells, low, cell, keypoints[i], rows)
+        rows_around(grid, keypoints[i], rows)
         most = 0
         for r in range(9):
             most += rows[r, 1] - rows[r, 0]
@@ -91,8 +82,8 @@ def _step(position: float) -> int:
 
 
 @kernel
-def _pair(points: np.ndarray, normals: np.ndarray, i: int, j: int) -> tuple[float, float, float]:
-    """(alpha, phi, theta), float32, of a pair: an angle and two cosines; zeros where the pair has no Darboux frame.
+def _pair(points: np.ndarray, normals: np.ndarray, i: int, j: int) -> tuple[np.float32, np.float32, np.float32]:
+    """Return alpha, phi, theta of a pair: an angle and two cosines; zeros where the pair has no Darboux frame.
 
     The source is the point whose normal makes the smaller angle with the line; u is its normal n, v = d x u / |d x u|
     with d from source to target, w = u x v. With the target's normal m: alpha = atan2(w.m, u.m), phi = v.m and

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitscan.processing.kernels.eigen import symmetric_eigen
-from orbitscan.processing.kernels.grid import Cells, build, rows_around
+from orbitscan.processing.kernels.grid import Grid, build, rows_around
 from orbitscan.recorder.kernels import kernel, over_slices
 
 LENGTH = 352
@@ -29,7 +29,7 @@ class ShotSettings:
 def describe(
     points: np.ndarray, normals: np.ndarray, keypoints: np.ndarray, radius: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(descriptors (K, 352) float32 of unit length, frames (K, 3, 3) with rows x, y, z) of the keypoints (K, 3).
+    """Return the descriptors (K, 352), float32 of unit length, and frames (K, 3, 3), rows x y z, of keypoints (K, 3).
 
     The neighbours are those of the points (N, 3), with normals (N, 3), within the radius [m]. A keypoint with fewer
     than five has no frame: its row is NaN. A neighbour without a normal counts for the frame only.
@@ -39,8 +39,7 @@ def describe(
     keypoints = np.ascontiguousarray(keypoints, dtype=np.float64)
     descriptors = np.empty((len(keypoints), LENGTH), np.float32)
     frames = np.empty((len(keypoints), 3, 3))
-    arguments = (grid.points, grid.cells, grid.low, grid.cell, sorted_normals, keypoints, float(radius))
-    over_slices(_describe, len(keypoints), *arguments, frames, descriptors)
+    over_slices(_describe, len(keypoints), grid, sorted_normals, keypoints, frames, descriptors)
     return descriptors, frames
 
 
@@ -48,21 +47,18 @@ def describe(
 def _describe(
     start: int,
     stop: int,
-    points: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
+    grid: Grid,
     normals: np.ndarray,
     keypoints: np.ndarray,
-    radius: float,
     frames: np.ndarray,
     descriptors: np.ndarray,
 ) -> None:
-    """Fill frames (K, 3, 3) and descriptors (K, 352) of the keypoints [start, stop)."""
+    """Fill frames (K, 3, 3) and descriptors (K, 352) of the keypoints [start, stop); the grid's cell is the radius."""
+    points, radius = grid.points, grid.cell
     rows = np.empty((9, 2), np.int64)
     histogram = np.empty(LENGTH)
     for i in range(start, stop):
-        rows_around(cells, low, cell, keypoints[i], rows)
+        rows_around(grid, keypoints[i], rows)
         most = 0
         for r in range(9):
             most += rows[r, 1] - rows[r, 0]
@@ -87,7 +83,7 @@ def _describe(
 def _fill_neighbours(
     points: np.ndarray, rows: np.ndarray, p: np.ndarray, radius: float, indices: np.ndarray, offsets: np.ndarray
 ) -> int:
-    """How many points of the rows lie in the ball, the keypoint p itself left out.
+    """Count the points of the rows that lie in the ball, the keypoint p itself left out.
 
     Fill indices (n,) and offsets (n, 4): from the keypoint, with the distance.
     """

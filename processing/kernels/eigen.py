@@ -10,7 +10,7 @@ _NEGLIGIBLE = 1e-17  # off the diagonal, as a share of the trace
 
 @kernel
 def symmetric_eigen(A: np.ndarray, vectors: np.ndarray) -> tuple[float, float, float]:
-    """Eigenvalues, ascending, of A (3, 3), which is overwritten; the unit eigenvectors become the columns of vectors.
+    """Return the eigenvalues of A (3, 3), ascending, and fill the columns of vectors; A is overwritten.
 
     Jacobi's cyclic rotations: exact to rounding also for tiny and repeated eigenvalues, where the closed form is not.
     """

@@ -1,6 +1,6 @@
 """Points sorted into cells, so that kernels walk a neighbourhood without neighbour lists or a tree."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,22 +9,20 @@ from orbitscan.recorder.kernels import kernel
 _MOST = 1024  # columns along x and along y; points beyond stand in the outermost ones
 _SPREAD = 1 << 20  # cells along an axis, at most, where three indices make one number
 
-Cells = tuple[np.ndarray, np.ndarray]  # columns (X, Y, 2): slices [start, stop) of the points; levels (N,): z indices
 
-
-@dataclass(frozen=True, eq=False)
-class Grid:
+class Grid(NamedTuple):
     """Points in the order of their cells: column by column along x and y, upwards along z in each."""
 
     points: np.ndarray  # (N, 3) float64, sorted
     order: np.ndarray  # (N,) int64: sorted position -> original index
-    cells: Cells
+    columns: np.ndarray  # (X, Y, 2) int64: slices [start, stop) of the sorted points
+    levels: np.ndarray  # (N,) int64: z indices of the sorted points
     low: np.ndarray  # (3,) the lower corner [m]
     cell: float  # side of a cell [m]
 
 
 def build(points: np.ndarray, cell: float) -> Grid:
-    """The grid of points (N, 3) with cells of a side [m]; a search radius may not exceed it."""
+    """Sort points (N, 3) into a grid with cells of a side [m]; a search radius may not exceed it."""
     points = np.ascontiguousarray(points, dtype=np.float64)
     cell = float(cell)
     low = points.min(axis=0) if len(points) else np.zeros(3)
@@ -39,11 +37,11 @@ def build(points: np.ndarray, cell: float) -> Grid:
     order = np.lexsort((levels, column))
     bounds = np.searchsorted(column[order], np.arange(counts.prod() + 1))
     columns = np.stack([bounds[:-1], bounds[1:]], axis=1).reshape(*counts, 2)
-    return Grid(points[order], order, (columns, levels[order]), low, cell)
+    return Grid(points[order], order, columns, levels[order], low, cell)
 
 
 def cell_means(points: np.ndarray, cell: float, attributes: np.ndarray | None = None) -> np.ndarray:
-    """One row a cell, the mean of its points (N, 3) and of their attributes (N, A), (M, 3 + A), in the cells' order."""
+    """Return the mean of each cell's points (N, 3) and of their attributes (N, A): (M, 3 + A), in the cells' order."""
     if not len(points):
         return np.empty((0, 3 if attributes is None else 3 + attributes.shape[1]))
     points = np.asarray(points, dtype=np.float64)
@@ -58,9 +56,9 @@ def cell_means(points: np.ndarray, cell: float, attributes: np.ndarray | None = 
 
 
 @kernel
-def rows_around(cells: Cells, low: np.ndarray, cell: float, point: np.ndarray, rows: np.ndarray) -> None:
+def rows_around(grid: Grid, point: np.ndarray, rows: np.ndarray) -> None:
     """Fill rows (9, 2) with the slices [start, stop) of the sorted points in the 27 cells around a point."""
-    columns, levels = cells
+    columns, levels, low, cell = grid.columns, grid.levels, grid.low, grid.cell
     width, height, _ = columns.shape
     x = min(max(int(np.floor((point[0] - low[0]) / cell)), 0), width - 1)
     y = min(max(int(np.floor((point[1] - low[1]) / cell)), 0), height - 1)

@@ -2,28 +2,20 @@
 
 import numpy as np
 
-from orbitscan.processing.kernels.grid import Cells, rows_around
+from orbitscan.processing.kernels.grid import Grid, rows_around
 from orbitscan.recorder.kernels import kernel
 
 
 @kernel
-def moments_around(
-    points: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    i: int,
-    radius: float,
-    first: np.ndarray,
-    second: np.ndarray,
-) -> int:
-    """How many of the sorted points (N, 3) lie in the ball [m] about the i-th, itself among them.
+def moments_around(grid: Grid, i: int, radius: float, first: np.ndarray, second: np.ndarray) -> int:
+    """Count the points within the radius [m] of the grid's i-th, itself among them.
 
-    Fill first (3,) and second (3, 3): the sums of d and of d d^t, d being their offsets from it.
+    Fill first (3,) and second (3, 3) with the sums of d and of d d^t, d being their offsets from the i-th.
     """
+    points = grid.points
     rows = np.empty((9, 2), np.int64)
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-    rows_around(cells, low, cell, points[i], rows)
+    rows_around(grid, points[i], rows)
     count = 0
     sx = sy = sz = sxx = sxy = sxz = syy = syz = szz = 0.0
     for r in range(9):

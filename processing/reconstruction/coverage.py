@@ -5,81 +5,62 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.results.records import Turntable
+from orbitscan.processing.results.records import Coverage, Gap, Model, Turntable
 from orbitscan.recorder import poses
 
-WIDEST_DEG = 45.0  # between neighbours; farther apart they share little of a surface
-MIN_VIEWS = 3
-POLE_DEG = 20.0  # a view from closer to the axis has no azimuth
 _LEVEL = np.sin(np.radians(10.0))  # how far cameras taken to be level may roll, root mean square
 _SPREAD = 0.2  # of their level axes, root mean square: that of an arc of 40 degrees
 
 
 @dataclass(frozen=True)
-class Gap:
-    """An arc without a view, from one view to the next counterclockwise; `end_deg` may exceed 360."""
+class CoverageSettings:
+    """When azimuths without a view are told; not in the thesis."""
 
-    start_deg: float
-    end_deg: float
-    after: int  # the recorded index of the view it begins at
-    before: int
-
-
-@dataclass(frozen=True, eq=False)
-class Coverage:
-    """The azimuths of views about an axis that points up, counterclockwise seen from above; the first view's is 0."""
-
-    up: np.ndarray  # (3,) unit, in frame {0}
-    center: np.ndarray  # (3,) metres, on the axis
-    forward: np.ndarray  # (3,) unit, toward azimuth 0
-    azimuths_deg: Mapping[int, float]  # view -> 0 to 360
-    gaps: tuple[Gap, ...]  # the widest first
-
-    @property
-    def widest_deg(self) -> float:
-        """The largest angle between neighbours."""
-        angles = sorted(self.azimuths_deg.values())
-        return max(b - a for a, b in zip(angles, [*angles[1:], angles[0] + 360], strict=True))
-
-    def toward(self, azimuth_deg: np.ndarray) -> np.ndarray:
-        """Unit vectors (N, 3) from the axis toward azimuths (N,)."""
-        angle = np.radians(azimuth_deg)[:, None]
-        return np.cos(angle) * self.forward + np.sin(angle) * np.cross(self.up, self.forward)
+    widest_deg: float = 45.0  # between neighbours; farther apart they share little of a surface
+    min_views: int = 3
+    pole_deg: float = 20.0  # a view from closer to the axis has no azimuth
 
 
 def measure_coverage(
-    T_0: Mapping[int, np.ndarray], sensor: np.ndarray | None, center: np.ndarray, turntable: Turntable | None
+    T_0: Mapping[int, np.ndarray],
+    sensor_origin: tuple[float, ...] | None,
+    model: Model | None,
+    turntable: Turntable | None,
+    settings: CoverageSettings,
 ) -> Coverage | None:
-    """The coverage of views placed by T_0_i (in capture order), about the turntable's axis, else what cameras call up.
+    """The azimuths of views placed by T_0_i (in capture order) and those between them that no view covers.
 
-    `sensor` (3,) is where the sensor stands in a view's frame; None: it looks along z from far away. `center` (3,) is
-    the object's, in frame {0}. None where it cannot be told: fewer than MIN_VIEWS have an azimuth, or there is neither
-    a turntable nor a common up.
+    They are about the turntable's axis, else about what the cameras call up, through the middle of the model.
+    `sensor_origin` is where the sensor stands in a view's frame [m]; None: it looks along z from far away. None where
+    azimuths cannot be told: too few views have one, or there is neither a turntable nor a common up.
     """
+    if model is None or not len(model.points):
+        return None
     if turntable is None:
-        up = find_up(T_0)
+        up, center = find_up(T_0, settings.min_views), np.percentile(model.points, [1, 99], axis=0).mean(axis=0)
     else:
         up, center = turntable.axis, turntable.point
         if up @ _mean_up(T_0) < 0:
             up = -up
     if up is None:
         return None
+    sensor = None if sensor_origin is None else np.array(sensor_origin, dtype=float)
     level: dict[int, np.ndarray] = {}
     for view, T in T_0.items():
         away = -T[:3, 2] if sensor is None else poses.transform(T, sensor[None])[0] - center
         flat = away - (away @ up) * up
-        if np.linalg.norm(flat) > np.sin(np.radians(POLE_DEG)) * np.linalg.norm(away):
+        if np.linalg.norm(flat) > np.sin(np.radians(settings.pole_deg)) * np.linalg.norm(away):
             level[view] = flat / np.linalg.norm(flat)
-    if len(level) < MIN_VIEWS:
+    if len(level) < settings.min_views:
         return None
     forward = next(iter(level.values()))
     left = np.cross(up, forward)
     angles = {view: float(np.degrees(np.arctan2(d @ left, d @ forward))) for view, d in level.items()}
     azimuths = {view: round(angle, 9) % 360 for view, angle in angles.items()}  # rounded: a hair below 0 is not 360
-    return Coverage(up, center, forward, azimuths, find_gaps(azimuths))
+    return Coverage(up, center, forward, azimuths, find_gaps(azimuths, settings.widest_deg))
 
 
-def find_gaps(azimuths_deg: Mapping[int, float], widest_deg: float = WIDEST_DEG) -> tuple[Gap, ...]:
+def find_gaps(azimuths_deg: Mapping[int, float], widest_deg: float) -> tuple[Gap, ...]:
     """The arcs between neighbouring azimuths that are wider than `widest_deg`, the widest first."""
     ring = sorted(azimuths_deg, key=azimuths_deg.__getitem__)
     gaps = []
@@ -91,12 +72,12 @@ def find_gaps(azimuths_deg: Mapping[int, float], widest_deg: float = WIDEST_DEG)
     return tuple(sorted(gaps, key=lambda gap: (gap.start_deg - gap.end_deg, gap.start_deg)))
 
 
-def find_up(T_0: Mapping[int, np.ndarray]) -> np.ndarray | None:
+def find_up(T_0: Mapping[int, np.ndarray], min_views: int) -> np.ndarray | None:
     """The direction (3,) that level cameras call up: square to the x axes of all; None where they share none.
 
     It is the least singular vector of those axes, whatever the cameras' elevations.
     """
-    if len(T_0) < MIN_VIEWS:
+    if len(T_0) < min_views:
         return None
     across = np.array([T[:3, 0] for T in T_0.values()])
     spread, directions = np.linalg.svd(across, full_matrices=False)[1:]

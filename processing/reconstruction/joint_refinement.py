@@ -13,54 +13,56 @@ from orbitscan.processing.reconstruction.pose_graph import (
     solve,
     viewing_direction,
 )
-from orbitscan.processing.registration.competition import PairSettings, doubt, register_from
-from orbitscan.processing.registration.prepared_view import Prepared, Shelf
+from orbitscan.processing.reconstruction.trajectory import usual_misfit
+from orbitscan.processing.registration.competition import register_from, verify_sliding
+from orbitscan.processing.registration.pair import PairRegistration, PairSettings
+from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.registration.unobservable import same_freedom
-from orbitscan.processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate, summarize
+from orbitscan.processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 
 _ROUND = np.radians(330)  # turned on the way there and straight back: a whole turn, less what a tilted camera saves
 
-Register = Callable[[Prepared, Prepared], PairEstimate]  # source and target, without a guess
+Register = Callable[[PreparedView, PreparedView], PairEstimate]  # source and target, without a guess
 
 
 def refine_jointly(
     pairwise: MethodResult,
     origin: int | None,
-    shelf: Shelf,
+    cache: ViewCache,
     register: Register,
     pair_settings: PairSettings,
     settings: GraphSettings,
 ) -> MethodResult:
-    """All views of a session refined together, starting from the pairs of successive views; T_0_origin = I.
+    """Refine all views of a session together, starting from the pairs of successive views; T_0_origin = I.
 
     A view that its own pair does not connect is registered to others; then every view to those it should overlap, by
     the poses so far; then the graph is solved. A view is `ok` where rigid edges lead from it to the origin, `ambiguous`
     where only edges with a free motion do, `not_connected` where none do.
     """
     if origin is None:
-        return MethodResult(pairwise.views, (), summary=summarize(pairwise.views, origin))
-    diameter = shelf.get_surface(origin).scale.diameter
-    candidates = [v.view for v in pairwise.views if v.status not in ("unreadable", "too_few_points")]
+        return MethodResult.of(pairwise.views, (), origin)
+    diameter = cache.get_surface(origin).scale.diameter
+    candidates = [v.view for v in pairwise.views if v.status not in (Status.UNREADABLE, Status.TOO_FEW_POINTS)]
     edges = [pair for pair in pairwise.pairs if _is_edge(pair)]
     solution = solve(edges, origin, diameter, settings)
-    edges += _attach(candidates, edges, solution, shelf, register, pair_settings, settings)
+    edges += _attach(candidates, edges, solution, cache, register, pair_settings, settings)
     solution = solve(edges, origin, diameter, settings)
-    edges += _close(solution, edges, shelf, pair_settings, settings)
+    edges += _close(solution, edges, cache, pair_settings, settings)
     solution = solve(edges, origin, diameter, settings)
-    views = tuple(_estimate(view, solution) for view in pairwise.views)
-    return MethodResult(
-        views,
-        tuple(_marked(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)),
+    return MethodResult.of(
+        [_estimate(view, solution) for view in pairwise.views],
+        [_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)],
+        origin,
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
-        freedoms=_unobservable(solution, edges, diameter, settings),
-        summary=summarize(views, origin),
+        freedoms=_find_freedoms(solution, edges, diameter, settings),
     )
 
 
 def _is_edge(pair: PairEstimate) -> bool:
     """Whether a pair holds two views together: it is right, or right but for free motions."""
-    sound = pair.status == "ok" or (pair.status == "ambiguous" and pair.freedoms and not pair.alternatives)
+    sound = pair.status == Status.OK or (pair.status == Status.AMBIGUOUS and pair.freedoms and not pair.alternatives)
     return bool(sound) and pair.information is not None
 
 
@@ -68,17 +70,17 @@ def _attach(
     candidates: Sequence[int],
     edges: Sequence[PairEstimate],
     solution: Solution,
-    shelf: Shelf,
+    cache: ViewCache,
     register: Register,
     pair_settings: PairSettings,
     settings: GraphSettings,
 ) -> list[PairEstimate]:
-    """Edges that connect views which none connects yet, each to a placed one; until no more can be.
+    """Find edges that connect the views which none connects yet, each to a placed one, until no more can be.
 
     Where the views nearly slide, as mugs with hidden handles do, only a neighbour in time vouches for such an edge.
     """
     slides = pair_settings.symmetry.suspicious
-    usual = _usual_misfit(edges)
+    usual = usual_misfit(edges)
     placed = [view for view in candidates if view in solution.rigid]
     lost = [view for view in candidates if view not in solution.rigid]
     tried: set[tuple[int, int]] = set()
@@ -92,9 +94,9 @@ def _attach(
                 if (view, other) in tried:
                     continue
                 tried.add((view, other))
-                edge = doubt(register(shelf.get(view), shelf.get(other)), usual, pair_settings)
+                edge = verify_sliding(register(cache.get(view), cache.get(other)), usual, pair_settings)
                 near = abs(other - view) <= settings.vouching
-                if edge.status == "ok" and _is_edge(edge) and (near or edge.evidence.observability >= slides):
+                if edge.status == Status.OK and _is_edge(edge) and (near or _holds(edge, slides)):
                     found.append(edge)
                     placed.append(view)
                     lost.remove(view)
@@ -103,46 +105,46 @@ def _attach(
     return found
 
 
+def _holds(edge: PairEstimate, slides: float) -> bool:
+    """Whether the overlap holds the edge's weakest motion more firmly than views that nearly slide do."""
+    return edge.evidence.observability is not None and edge.evidence.observability >= slides
+
+
 def _close(
     solution: Solution,
     edges: Sequence[PairEstimate],
-    shelf: Shelf,
+    cache: ViewCache,
     pair_settings: PairSettings,
     settings: GraphSettings,
 ) -> list[PairEstimate]:
-    """Edges between views that should overlap by their poses, each registered from there."""
-    directions, usual = {}, _usual_misfit(edges)
+    """Find edges between views that should overlap by their poses, each registered from there."""
+    directions, usual = {}, usual_misfit(edges)
     for view in sorted(solution.rigid):
         T_0_i = solution.T_0[view]
-        surface = shelf.get_surface(view).surface
+        surface = cache.get_surface(view).surface
         directions[view] = viewing_direction(T_0_i, surface.surfels.points.mean(axis=0), surface.sensor_origin)
     found = []
     for source, target in choose_edges(directions, [(e.source, e.target) for e in edges], settings):
         start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
-        edge = register_from({"graph": start}, shelf.get_surface(source), shelf.get_surface(target), pair_settings)
-        edge = doubt(edge, usual, pair_settings)
+        pair = PairRegistration(cache.get_surface(source), cache.get_surface(target), pair_settings)
+        edge = verify_sliding(register_from(pair, {"graph": start}), usual, pair_settings)
         if _is_edge(edge):
             found.append(edge)
     return found
 
 
-def _usual_misfit(edges: Sequence[PairEstimate]) -> float | None:
-    """The median misfit of the edges; None without any."""
-    return float(np.median([edge.evidence.misfit for edge in edges])) if edges else None
-
-
 def _estimate(view: ViewEstimate, solution: Solution) -> ViewEstimate:
-    """A view where the solution places it."""
+    """Return a view as the solution places it."""
     T_0_i = solution.T_0.get(view.view)
     if T_0_i is None:
-        status = view.status if view.status in ("unreadable", "too_few_points") else "not_connected"
+        status = view.status if view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
         return ViewEstimate(view.view, status, None)
-    return ViewEstimate(view.view, "ok" if view.view in solution.rigid else "ambiguous", T_0_i)
+    return ViewEstimate(view.view, Status.OK if view.view in solution.rigid else Status.AMBIGUOUS, T_0_i)
 
 
-def _marked(edge: PairEstimate, keep: bool) -> PairEstimate:
-    """An edge as it is, or as one that the others contradict."""
-    return edge if keep else replace(edge, status="inconsistent")
+def _mark(edge: PairEstimate, keep: bool) -> PairEstimate:
+    """Return an edge as it is, or as one that the others contradict."""
+    return edge if keep else replace(edge, status=Status.INCONSISTENT)
 
 
 def _goes_round(solution: Solution, edges: Sequence[PairEstimate], views: Sequence[int]) -> bool:
@@ -159,17 +161,19 @@ def _goes_round(solution: Solution, edges: Sequence[PairEstimate], views: Sequen
     )
 
 
-def _unobservable(
+def _find_freedoms(
     solution: Solution, edges: Sequence[PairEstimate], diameter: float, settings: GraphSettings
 ) -> tuple[Freedom, ...]:
-    """The free motions, in frame {0}, of views that no rigid edges connect to the origin; each once."""
+    """Find the free motions, in frame {0}, of views that no rigid edges connect to the origin; each once."""
     found: list[Freedom] = []
     near = settings.same_axis_deg, settings.same_axis_shift * diameter
     for edge in edges:
         if edge.source in solution.rigid and edge.target in solution.rigid:
             continue
         T = solution.T_0.get(edge.target)
-        for freedom in edge.freedoms if T is not None else ():
+        if T is None:
+            continue
+        for freedom in edge.freedoms:
             axis, point = T[:3, :3] @ freedom.axis, poses.transform(T, freedom.point[None])[0]
             moved = Freedom(freedom.kind, axis, point)
             if not any(same_freedom(moved, other, *near) for other in found):

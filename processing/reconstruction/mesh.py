@@ -26,13 +26,13 @@ class MeshSettings:
 def reconstruct_mesh(
     points: np.ndarray, towards: np.ndarray, colors: np.ndarray | None, resolution: float, settings: MeshSettings
 ) -> Mesh | None:
-    """The triangles through points (N, 3) that were seen from the directions `towards` (N, 3), with colours (N, 3).
+    """Reconstruct the surface through points (N, 3), seen from the directions `towards` (N, 3), with colours (N, 3).
 
     The resolution [m] is the points'. None where they lie so far apart that no normal can be told.
 
     Raises MissingLibrary where Open3D cannot be loaded.
     """
-    o3d = load_open3d("leave out --mesh")
+    o3d = load_open3d("do without a mesh")
     normals = estimate_normals(points, settings.normal_radius * resolution, None)
     normals[np.einsum("ni,ni->n", normals, towards) < 0] *= -1
     known = np.isfinite(normals[:, 0])

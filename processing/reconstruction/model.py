@@ -35,7 +35,7 @@ def build_model(
     sensor_origin: tuple[float, ...] | None,
     settings: ModelSettings,
 ) -> Model | None:
-    """The model of the views that a method placed (T_0_i by view); None without any."""
+    """Build the model of the views that a method placed (T_0_i by view); None without any."""
     if scale is None or method is None or not T_0:
         return None
     resolution = settings.resolution * scale.working
@@ -51,7 +51,7 @@ def build_model(
 def merge(
     views: Iterable[View], T_0: Mapping[int, np.ndarray], sensor_origin: tuple[float, ...] | None, resolution: float
 ) -> np.ndarray:
-    """The points of the views that have a pose T_0_i, one in a cell [m], each with the direction it was seen from.
+    """Merge the views that have a pose T_0_i to one point in a cell [m], each with the direction it was seen from.
 
     (N, 6), or (N, 9) with red, green, blue, where every view has them. Where the sensor's place is unknown, a point was
     seen from outside its view's centroid.
@@ -75,7 +75,7 @@ def merge(
 
 
 def find_inliers(points: np.ndarray, settings: ModelSettings) -> np.ndarray:
-    """Which points (N, 3) are no farther from their neighbours than mean + k standard deviations: (N,) bool (4.4)."""
+    """Tell which points (N, 3) are no farther from their neighbours than mean + k deviations (4.4): (N,) bool."""
     if len(points) <= settings.neighbours:
         return np.ones(len(points), bool)
     distances, _ = cKDTree(points).query(points, settings.neighbours + 1, workers=get_num_threads())

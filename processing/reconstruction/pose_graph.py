@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from scipy.sparse import coo_matrix, eye
@@ -10,7 +11,7 @@ from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.registration.unobservable import release
-from orbitscan.processing.results.records import PairEstimate
+from orbitscan.processing.results.records import Freedom, PairEstimate
 from orbitscan.recorder import poses
 
 _QUARTER = 0.25  # the weight of an edge that disagrees as `GraphSettings.outlier` says
@@ -46,6 +47,27 @@ class GraphSettings:
 
 
 @dataclass(frozen=True, eq=False)
+class Edge:
+    """What a pair says of the poses of its views."""
+
+    source: int  # recorded indices
+    target: int
+    T_target_source: np.ndarray  # (4, 4), metres
+    information: np.ndarray  # (6, 6), see `PairEstimate`
+    center: np.ndarray  # (3,)
+    freedoms: tuple[Freedom, ...]
+    confidence: float
+
+    @classmethod
+    def of(cls, pair: PairEstimate) -> Self:
+        """The edge of a pair; raises ValueError where it has no pose or no information."""
+        T, information, center = pair.T_target_source, pair.information, pair.center
+        if T is None or information is None or center is None:
+            raise ValueError(f"views {pair.source} and {pair.target}: a pair without information is no edge")
+        return cls(pair.source, pair.target, T, information, center, pair.freedoms, pair.confidence)
+
+
+@dataclass(frozen=True, eq=False)
 class Solution:
     """All poses at once."""
 
@@ -55,7 +77,7 @@ class Solution:
 
 
 def viewing_direction(T_0_i: np.ndarray, centroid: np.ndarray, sensor_origin: np.ndarray | None) -> np.ndarray:
-    """From where a view sees the object, as a unit vector in frame {0}; along its z axis where that is unknown."""
+    """Return the unit vector in frame {0} from the object towards a view's sensor; along -z where that is unknown."""
     towards = np.array([0.0, 0.0, -1.0]) if sensor_origin is None else sensor_origin - centroid
     return T_0_i[:3, :3] @ (towards / max(float(np.linalg.norm(towards)), 1e-12))
 
@@ -63,7 +85,7 @@ def viewing_direction(T_0_i: np.ndarray, centroid: np.ndarray, sensor_origin: np
 def choose_edges(
     directions: Mapping[int, np.ndarray], known: Sequence[tuple[int, int]], settings: GraphSettings
 ) -> list[tuple[int, int]]:
-    """The (source, target) pairs worth registering besides the known ones, by the angle between viewing directions.
+    """Choose the (source, target) pairs worth registering besides the known ones, by the angle of viewing directions.
 
     Each view gets the earlier view nearest to the middle of each band; and where the views go round, one more on its
     other side.
@@ -89,10 +111,8 @@ def choose_edges(
     return chosen
 
 
-def place(
-    edges: Sequence[PairEstimate], origin: int, support: Sequence[int]
-) -> tuple[dict[int, np.ndarray], list[int]]:
-    """First poses T_0_i of all views that edges connect to the origin, and which edges they go along, in order.
+def place(edges: Sequence[Edge], origin: int, support: Sequence[int]) -> tuple[dict[int, np.ndarray], list[int]]:
+    """Return first poses T_0_i of all views that edges connect to the origin, and the edges they go along, in order.
 
     These are the best supported, then most confident ones; those with free motions only where there are no others.
     """
@@ -110,8 +130,8 @@ def place(
     return T_0, tree
 
 
-def count_support(edges: Sequence[PairEstimate], diameter: float, settings: GraphSettings) -> list[int]:
-    """Of each edge: how many triangles of edges without free motions close with it, less those that do not."""
+def count_support(edges: Sequence[Edge], diameter: float, settings: GraphSettings) -> list[int]:
+    """Count, for each edge, the triangles of edges without free motions that close with it, less those that do not."""
     known = {}
     for edge in edges:
         if not edge.freedoms:
@@ -135,13 +155,14 @@ def count_support(edges: Sequence[PairEstimate], diameter: float, settings: Grap
     return support
 
 
-def solve(edges: Sequence[PairEstimate], origin: int, diameter: float, settings: GraphSettings) -> Solution:
-    """The poses that all edges agree on best, robustly: an edge that contradicts the others is left out.
+def solve(pairs: Sequence[PairEstimate], origin: int, diameter: float, settings: GraphSettings) -> Solution:
+    """Find the poses that all pairs agree on best, robustly: an edge that contradicts the others is left out.
 
-    Every edge has information; the diameter [m] is the object's. Gauss-Newton over SE(3) with the edges' information
-    (Lu and Milios, Globally consistent range scan alignment, 1997), reweighted by how each edge disagrees in proportion
-    to what is usual. Edges with free motions hold only what nothing else holds.
+    The diameter [m] is the object's. Gauss-Newton over SE(3) with the edges' information (Lu and Milios, Globally
+    consistent range scan alignment, 1997), reweighted by how each edge disagrees in proportion to what is usual. Edges
+    with free motions hold only what nothing else holds. Raises ValueError for a pair without pose or information.
     """
+    edges = [Edge.of(pair) for pair in pairs]
     T_0, tree = place(edges, origin, count_support(edges, diameter, settings))
     used = [k for k, e in enumerate(edges) if e.source in T_0 and e.target in T_0 and (not e.freedoms or k in tree)]
     weights = _relax(T_0, [edges[k] for k in used], origin, settings)
@@ -151,16 +172,16 @@ def solve(edges: Sequence[PairEstimate], origin: int, diameter: float, settings:
         if weight <= _QUARTER and _differs(edges[k], T_0, diameter, settings)
     }
     holding = [edges[k] for k in used if k not in contradicted]
-    connected = _connected(holding, origin)
-    rigid = _connected([edge for edge in holding if not edge.freedoms], origin)
+    connected = _find_connected(holding, origin)
+    rigid = _find_connected([edge for edge in holding if not edge.freedoms], origin)
     kept = tuple(k not in contradicted for k in range(len(edges)))
     return Solution({view: T for view, T in T_0.items() if view in connected}, frozenset(rigid), kept)
 
 
-def _relax(
-    T_0: dict[int, np.ndarray], edges: Sequence[PairEstimate], origin: int, settings: GraphSettings
-) -> np.ndarray:
-    """Move the poses T_0_i, all but the origin's, to where the edges agree best; how much each edge counted, 0 to 1."""
+def _relax(T_0: dict[int, np.ndarray], edges: Sequence[Edge], origin: int, settings: GraphSettings) -> np.ndarray:
+    """Move the poses T_0_i, all but the origin's, to where the edges agree best.
+
+    Returns how much each edge counted, 0 to 1."""
     informations = [_information(edge) for edge in edges]
     number = {view: k for k, view in enumerate(view for view in T_0 if view != origin)}
     weights = np.ones(len(edges))
@@ -171,28 +192,28 @@ def _relax(
         weights = 1.0 / (1.0 + disagreement / (settings.outlier**2 * usual)) ** 2
         step = _step(edges, informations, residuals, weights, T_0, number)
         for view, k in number.items():
-            T_0[view] = _moved(T_0[view], step[6 * k : 6 * k + 6])
+            T_0[view] = _move(T_0[view], step[6 * k : 6 * k + 6])
         if np.abs(step).max() < settings.still:
             break
     return weights
 
 
-def _information(edge: PairEstimate) -> np.ndarray:
-    """What an edge says (6, 6) about a turn about its centre and a shift: nothing along its free motions."""
+def _information(edge: Edge) -> np.ndarray:
+    """An edge's information (6, 6) about a turn about its centre and a shift, without any along its free motions."""
     A = edge.information
     for freedom in edge.freedoms:
         A = release(A, edge.center, freedom)
     return A
 
 
-def _residual(edge: PairEstimate, T_0: Mapping[int, np.ndarray]) -> np.ndarray:
-    """(6,) how the poses depart from an edge, in the target's frame: a turn, and the shift of the edge's centre."""
+def _residual(edge: Edge, T_0: Mapping[int, np.ndarray]) -> np.ndarray:
+    """How the poses depart from an edge (6,), in the target's frame: a turn, and the shift of the edge's centre."""
     D = poses.invert(T_0[edge.target]) @ T_0[edge.source] @ poses.invert(edge.T_target_source)
     shift = poses.transform(D, edge.center[None])[0] - edge.center
     return np.concatenate([Rotation.from_matrix(D[:3, :3]).as_rotvec(), shift])
 
 
-def _differs(edge: PairEstimate, T_0: Mapping[int, np.ndarray], diameter: float, settings: GraphSettings) -> bool:
+def _differs(edge: Edge, T_0: Mapping[int, np.ndarray], diameter: float, settings: GraphSettings) -> bool:
     """Whether the poses depart from an edge by more than edges of real scans do from each other."""
     residual = _residual(edge, T_0)
     turned, shifted = np.degrees(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
@@ -200,14 +221,14 @@ def _differs(edge: PairEstimate, T_0: Mapping[int, np.ndarray], diameter: float,
 
 
 def _step(
-    edges: Sequence[PairEstimate],
+    edges: Sequence[Edge],
     informations: Sequence[np.ndarray],
     residuals: Sequence[np.ndarray],
     weights: np.ndarray,
     T_0: Mapping[int, np.ndarray],
     number: Mapping[int, int],
 ) -> np.ndarray:
-    """(6 V,) the turn and shift, in frame {0}, of each view but the origin."""
+    """The turn [rad] and shift [m] (6 V,), in frame {0}, that bring each view but the origin nearer to the edges."""
     size = 6 * len(number)
     rows, columns, values = [], [], []
     b = np.zeros(size)
@@ -232,8 +253,8 @@ def _step(
     return splu(H + ridge * eye(size, format="csc")).solve(b)
 
 
-def _moved(T: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """A pose after a turn [rad] about the origin and a shift [m], x (6,)."""
+def _move(T: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Move a pose by x (6,), a turn [rad] about the origin and a shift [m]."""
     R = Rotation.from_rotvec(x[:3]).as_matrix()
     moved = poses.make(R, x[3:]) @ T
     return poses.make(poses.project_rotation(moved[:3, :3]), moved[:3, 3])
@@ -243,8 +264,8 @@ def _cross_matrix(p: np.ndarray) -> np.ndarray:
     return np.array([[0, -p[2], p[1]], [p[2], 0, -p[0]], [-p[1], p[0], 0]])
 
 
-def _connected(edges: Sequence[PairEstimate], origin: int) -> set[int]:
-    """The views that edges connect to the origin, itself among them."""
+def _find_connected(edges: Sequence[Edge], origin: int) -> set[int]:
+    """Find the views that edges connect to the origin, itself among them."""
     views = sorted({origin, *(v for e in edges for v in (e.source, e.target))})
     number = {view: k for k, view in enumerate(views)}
     rows = [number[e.source] for e in edges]

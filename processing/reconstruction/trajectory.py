@@ -1,12 +1,15 @@
 """The poses of one method, composed pair by pair (thesis (4.17))."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from orbitscan.processing.registration.prepared_view import Prepared
-from orbitscan.processing.results.records import MethodResult, PairEstimate, ViewEstimate, summarize
+from orbitscan.processing.registration.prepared_view import PreparedView
+from orbitscan.processing.results.records import MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.status import Status
 
+_STREAMED = ("icp", "ransac_icp", "pairwise")  # place a view when it comes; `refined` begins where `pairwise` ends
 _NEAR = 1  # views back at which the last connected one is still worth trying: one bad view costs one view
 
 
@@ -14,7 +17,7 @@ _NEAR = 1  # views back at which the last connected one is still worth trying: o
 class Placed:
     """A view with a pose, that others can be registered to."""
 
-    prepared: Prepared
+    prepared: PreparedView
     T_0_i: np.ndarray
     connected: bool  # whether pairs that are all ok lead from it to the origin
     place: int = 0  # in the sequence of views
@@ -33,31 +36,42 @@ class Trajectory:
 
     @property
     def targets(self) -> list[Placed]:
-        """What the next view is registered to, in order, until a pair is ok."""
-        near = self.anchor is not None and self.last.place - self.anchor.place <= _NEAR
-        tried = (self.anchor, self.last) if self.retries and near else (self.last,)
+        """The views that the next one is registered to, in order, until a pair is ok."""
+        tried = [self.last]
+        if self.retries and self.anchor and self.last and self.last.place - self.anchor.place <= _NEAR:
+            tried = [self.anchor, self.last]
         return list(dict.fromkeys(target for target in tried if target is not None))
 
     @property
     def usual_misfit(self) -> float | None:
         """The median misfit of the pairs that are right; None before there is one."""
-        known = [pair.evidence.misfit for pair in self.pairs if pair.status == "ok"]
-        return float(np.median(known)) if known else None
+        return usual_misfit([pair for pair in self.pairs if pair.status == Status.OK])
 
-    def start(self, prepared: Prepared) -> ViewEstimate:
+    def start(self, prepared: PreparedView) -> ViewEstimate:
         """Make a view the origin: T_0_0 = I."""
-        return self._add(prepared, "ok", np.eye(4))
+        return self._add(prepared, Status.OK, np.eye(4))
 
-    def extend(self, prepared: Prepared, pair: PairEstimate, target: Placed) -> ViewEstimate:
+    def attach(self, register: Callable[[PreparedView], PairEstimate]) -> tuple[PairEstimate, Placed]:
+        """Return the pair of the next view with the first of its targets that it fits, else with the likeliest."""
+        attempts = []
+        for target in self.targets:
+            pair = register(target.prepared)
+            attempts.append((pair, target))
+            if pair.status == Status.OK:
+                break
+        order = {Status.OK: 2, Status.AMBIGUOUS: 1}
+        return max(reversed(attempts), key=lambda attempt: (order.get(attempt[0].status, 0), attempt[0].confidence))
+
+    def extend(self, prepared: PreparedView, pair: PairEstimate, target: Placed) -> ViewEstimate:
         """Place a view by its pair: T_0_i = T_0_target T_target_i; without an estimate it has no pose.
 
         The view's status is the pair's; `not_connected` where the pair is ok but hangs on one that is not.
         """
         self.pairs.append(pair)
-        self.step = pair.T_target_source if pair.status == "ok" else None
+        self.step = pair.T_target_source if pair.status == Status.OK else None
         if pair.T_target_source is None:
             return self.skip(pair.source, pair.status)
-        status = pair.status if pair.status != "ok" or target.connected else "not_connected"
+        status = pair.status if pair.status != Status.OK or target.connected else Status.NOT_CONNECTED
         return self._add(prepared, status, target.T_0_i @ pair.T_target_source)
 
     def skip(self, view: int, status: str) -> ViewEstimate:
@@ -66,13 +80,24 @@ class Trajectory:
         return self.views[-1]
 
     def result(self, origin: int | None) -> MethodResult:
-        """All of it, as a record."""
-        views = tuple(self.views)
-        return MethodResult(views, tuple(self.pairs), summary=summarize(views, origin))
+        """Return all views and pairs, as a record."""
+        return MethodResult.of(self.views, self.pairs, origin)
 
-    def _add(self, prepared: Prepared, status: str, T_0_i: np.ndarray) -> ViewEstimate:
-        self.last = Placed(prepared, T_0_i, status == "ok", len(self.views))
+    def _add(self, prepared: PreparedView, status: str, T_0_i: np.ndarray) -> ViewEstimate:
+        self.last = Placed(prepared, T_0_i, status == Status.OK, len(self.views))
         if self.last.connected:
             self.anchor = self.last
         self.views.append(ViewEstimate(prepared.surface.view, status, T_0_i))
         return self.views[-1]
+
+
+def begin_trajectories(methods: Sequence[str]) -> dict[str, Trajectory]:
+    """Return an empty trajectory for each method that places views one after the other, by method, worst to best."""
+    wanted = {"pairwise" if method == "refined" else method for method in methods}
+    return {method: Trajectory(retries=method == "pairwise") for method in _STREAMED if method in wanted}
+
+
+def usual_misfit(pairs: Sequence[PairEstimate]) -> float | None:
+    """The median misfit of the pairs that have one; None without any."""
+    known = [pair.evidence.misfit for pair in pairs if pair.evidence.misfit is not None]
+    return float(np.median(known)) if known else None

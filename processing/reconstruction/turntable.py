@@ -21,7 +21,7 @@ class TurntableSettings:
 
 
 def fit_turntable(T_0: Mapping[int, np.ndarray], settings: TurntableSettings) -> Turntable | None:
-    """The turn that the poses T_0_i (by view, in capture order) share; None where there are too few or they share none.
+    """Fit the turn that the poses T_0_i (by view, in capture order) share; None for too few, or where they share none.
 
     The axis a is what all rotations leave alone: it minimises sum |R_i a - a|^2; a point c of it is left alone by the
     motions: it minimises sum |R_i c + t_i - c|^2. The step is the median turn from view to view, per recorded index.

@@ -1,20 +1,19 @@
-"""Partners: for a surfel of one view, the nearest one of another that faces the same way."""
+"""Correspondences of surfels: for each one of a view, the nearest of another view that faces the same way."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from orbitscan.processing.kernels.grid import Cells, Grid, build, rows_around
+from orbitscan.processing.kernels.grid import Grid, build, rows_around
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder.kernels import kernel, over_slices
 
-_FEW = 2000  # points for whose partners it is not worth to start threads
-_NORMAL_COSINE = 0.5  # surfaces that face apart by more than 60 degrees are not partners
+_SERIAL_BELOW = 2000  # points, for fewer of which threads cost more than they save
+_NORMAL_COSINE = 0.5  # surfaces that face apart by more than 60 degrees do not correspond
 
 
-@dataclass(frozen=True, eq=False)
-class Target:
-    """Surfels in the cells of a grid, to find partners among."""
+class Target(NamedTuple):
+    """Surfels in the cells of a grid, to find correspondences among."""
 
     grid: Grid  # holds the points
     normals: np.ndarray  # (S, 3), in the grid's order
@@ -22,66 +21,50 @@ class Target:
 
 
 def make_target(surfels: Surfels, gate: float) -> Target:
-    """The surfels in cells as large as the gate [m], the farthest a partner is looked for."""
+    """Sort surfels into cells as large as the gate [m], the farthest a correspondence is looked for."""
     grid = build(surfels.points, gate)
     return Target(grid, np.ascontiguousarray(surfels.normals[grid.order]), surfels.variances[grid.order])
 
 
-def find_partners(points: np.ndarray, normals: np.ndarray, target: Target, gate: float) -> np.ndarray:
-    """For points (N, 3) with normals in the target's frame, the position in the target's grid of each one's partner.
+def find_correspondences(points: np.ndarray, normals: np.ndarray, target: Target, gate: float) -> np.ndarray:
+    """Find the surfel that corresponds to each of the points (N, 3) with normals (N, 3), both in the target's frame.
 
-    The nearest surfel within the gate [m] that faces the same way; -1 where there is none. (N,) int.
+    It is the nearest one within the gate [m] that faces the same way. Returns its position in the target's grid, -1
+    where there is none: (N,) int.
     """
-    grid = target.grid
     found = np.empty(len(points), np.int64)
-    arguments = (points, normals, grid.points, target.normals, grid.cells, grid.low, grid.cell, gate, found)
-    if len(points) < _FEW:
-        _partners(0, len(points), *arguments)
+    if len(points) < _SERIAL_BELOW:
+        _fill_nearest(0, len(points), points, normals, target, gate, found)
     else:
-        over_slices(_partners, len(points), *arguments)
+        over_slices(_fill_nearest, len(points), points, normals, target, gate, found)
     return found
 
 
 @kernel
-def nearest_partner(
-    partners: np.ndarray,
-    partner_normals: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    p: np.ndarray,
-    normal: np.ndarray,
-    gate: float,
-    rows: np.ndarray,
-) -> int:
-    """The nearest partner within the gate that faces as the point p (3,) does; -1 where there is none."""
-    rows_around(cells, low, cell, p, rows)
+def nearest_surfel(target: Target, p: np.ndarray, normal: np.ndarray, gate: float, rows: np.ndarray) -> int:
+    """Return the position of the target's surfel nearest to p (3,) within the gate [m] that faces as its normal (3,).
+
+    -1 where there is none. The rows (9, 2) are overwritten.
+    """
+    rows_around(target.grid, p, rows)
+    points, normals = target.grid.points, target.normals
     nearest, squared = -1, gate * gate
     for r in range(9):
         for j in range(rows[r, 0], rows[r, 1]):
-            x, y, z = partners[j, 0] - p[0], partners[j, 1] - p[1], partners[j, 2] - p[2]
+            x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
             far = x * x + y * y + z * z
             if far < squared:
-                other = partner_normals[j]
+                other = normals[j]
                 if normal[0] * other[0] + normal[1] * other[1] + normal[2] * other[2] > _NORMAL_COSINE:
                     nearest, squared = j, far
     return nearest
 
 
 @kernel
-def _partners(
-    start: int,
-    stop: int,
-    points: np.ndarray,
-    normals: np.ndarray,
-    partners: np.ndarray,
-    partner_normals: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    gate: float,
-    found: np.ndarray,
+def _fill_nearest(
+    start: int, stop: int, points: np.ndarray, normals: np.ndarray, target: Target, gate: float, found: np.ndarray
 ) -> None:
+    """Fill the rows [start, stop) of found (N,), the surfels nearest to points (N, 3) with normals (N, 3)."""
     rows = np.empty((9, 2), np.int64)
     for i in range(start, stop):
-        found[i] = nearest_partner(partners, partner_normals, cells, low, cell, points[i], normals[i], gate, rows)
+        found[i] = nearest_surfel(target, points[i], normals[i], gate, rows)

@@ -1,6 +1,6 @@
 """Free space: what a view's sensor looked through to the surface it saw is empty."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import minimum_filter
@@ -14,8 +14,7 @@ _WIDEST = 0.1  # cosine: directions farther from the one to the object are no pa
 _MOST_OUTSIDE = 0.1  # share of the points that may lie in such directions: more, and the sensor stands amid them
 
 
-@dataclass(frozen=True, eq=False)
-class RangeImage:
+class RangeImage(NamedTuple):
     """How far a view's sensor saw, in directions about the one to the object."""
 
     T_image_view: np.ndarray  # (4, 4): the sensor at the origin, z towards the object
@@ -26,7 +25,7 @@ class RangeImage:
 
 
 def make_range_image(points: np.ndarray, sensor_origin: np.ndarray, pixel: float) -> RangeImage | None:
-    """The range image of a view's points (N, 3) from its sensor (3,); a pixel is so wide [m] at the object's centre.
+    """Make the range image of a view's points (N, 3) from its sensor (3,); a pixel's width at the object is in metres.
 
     None where the sensor stands amid the points: an image holds what lies before it.
     """
@@ -50,7 +49,7 @@ def make_range_image(points: np.ndarray, sensor_origin: np.ndarray, pixel: float
 
 
 def look_up(image: RangeImage, points: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """(in_front, unseen), (N,) bool: which points (N, 3) in the view's frame lie where nothing can be.
+    """Return (in_front, unseen), (N,) bool: which points (N, 3) in the view's frame lie where nothing can be.
 
     In front: nearer to the sensor than all it saw in that direction, by more than the tolerance [m]. Unseen: where the
     sensor saw nothing at all, be it the background or a surface it failed to measure.
@@ -67,7 +66,7 @@ def look_up(image: RangeImage, points: np.ndarray, tolerance: float) -> tuple[np
 
 
 def _look_at(eye: np.ndarray, center: np.ndarray) -> np.ndarray:
-    """T_image_view of a sensor at `eye` whose z axis goes through `center`; its turn about z is of no account."""
+    """Return T_image_view (4, 4) of a sensor at `eye` whose z axis goes through `center`, turned about z in any way."""
     distance = float(np.linalg.norm(center - eye))
     forward = (center - eye) / distance if distance > 0 else np.array([0.0, 0.0, 1.0])
     aside = np.eye(3)[int(np.abs(forward).argmin())]

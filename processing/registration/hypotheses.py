@@ -6,16 +6,17 @@ hardly ever be free of wrong ones.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from orbitscan.processing.kernels.grid import Cells
-from orbitscan.processing.registration.correspondences import nearest_partner
-from orbitscan.processing.registration.prepared_view import Prepared
+from orbitscan.processing.registration.correspondences import Target, nearest_surfel
+from orbitscan.processing.registration.free_space import RangeImage
+from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import count_inliers
 from orbitscan.recorder.kernels import kernel, over_slices
 
-_UNSEEN = (np.eye(4), 1.0, np.zeros(2), np.empty((0, 0)), np.empty((0, 0), np.bool_))  # no range image
+_NO_IMAGE = RangeImage(np.eye(4), 1.0, np.zeros(2), np.empty((0, 0)), np.empty((0, 0), np.bool_))  # without pixels
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ class StartSettings:
     most: int = 6
 
 
-def propose(source: Prepared, target: Prepared, matches: np.ndarray, settings: StartSettings) -> np.ndarray:
-    """The likeliest starts T_target_source (B, 4, 4), best first, from matches (M, 2) of keypoints; B may be 0.
+def propose(source: PreparedView, target: PreparedView, matches: np.ndarray, settings: StartSettings) -> np.ndarray:
+    """Propose the likeliest starts T_target_source (B, 4, 4), best first, from matches (M, 2) of keypoints; B may be 0.
 
     Matched keypoints have descriptors, and so local reference frames.
     """
@@ -54,24 +55,21 @@ def propose(source: Prepared, target: Prepared, matches: np.ndarray, settings: S
     score = screen(hypotheses, source, target, settings)
     ranked = np.argsort(-score, kind="stable")
     ranked = ranked[score[ranked] >= settings.worth * score.max(initial=0.0)]
-    return _distinct(hypotheses[ranked], source, settings)
+    return _keep_distinct(hypotheses[ranked], source, settings)
 
 
-def screen(T: np.ndarray, source: Prepared, target: Prepared, settings: StartSettings) -> np.ndarray:
-    """How well a few points of the source fit the target under each of many poses T_target_source (B, 4, 4): (B,).
+def screen(T: np.ndarray, source: PreparedView, target: PreparedView, settings: StartSettings) -> np.ndarray:
+    """Score (B,) how well a few points of the source fit the target under each of many poses T_target_source (B, 4, 4).
 
     At most 1; less than 0 where more contradicts than fits. Nothing contradicts where the target's sensor is unknown.
     """
     w = source.scale.working
-    few = source.few.thinned(settings.screen_points)
-    grid, image = target.coarse.grid, target.range_image
-    seen = _UNSEEN if image is None else (image.T_image_view, image.size, image.low, image.near, image.empty)
+    few = source.coarse_surfels.thinned(settings.screen_points)
+    image = _NO_IMAGE if target.range_image is None else target.range_image
+    gate, front = settings.screen_gate * w, settings.screen_front * w
+    look = _Look(few.points, few.normals, target.coarse_target, gate, image, front)
     overlaps, contradictions = np.empty(len(T)), np.empty(len(T))
-    over_slices(
-        _screen, len(T), np.ascontiguousarray(T), few.points, few.normals, grid.points, target.coarse.normals,
-        grid.cells, grid.low, grid.cell, settings.screen_gate * w, *seen, settings.screen_front * w,
-        overlaps, contradictions,
-    )  # fmt: skip
+    over_slices(_screen, len(T), np.ascontiguousarray(T), look, overlaps, contradictions)
     reach = (1 + settings.enough_overlap) * overlaps / (overlaps + settings.enough_overlap)
     return reach - settings.contradiction * contradictions
 
@@ -79,7 +77,7 @@ def screen(T: np.ndarray, source: Prepared, target: Prepared, settings: StartSet
 def _from_frames(
     source: np.ndarray, target: np.ndarray, source_frames: np.ndarray, target_frames: np.ndarray
 ) -> np.ndarray:
-    """The motion (M, 4, 4) that takes each point (M, 3) with its frame (M, 3, 3), rows x y z, onto its partner's."""
+    """The motions (M, 4, 4) that take source points (M, 3) with frames (M, 3, 3), rows x y z, onto the target's."""
     T = np.zeros((len(source), 4, 4))
     T[:, :3, :3] = np.einsum("mki,mkj->mij", target_frames, source_frames)
     T[:, :3, 3] = target - np.einsum("mij,mj->mi", T[:, :3, :3], source)
@@ -87,12 +85,13 @@ def _from_frames(
     return T
 
 
-def _distinct(T: np.ndarray, source: Prepared, settings: StartSettings) -> np.ndarray:
-    """The first few of the poses (B, 4, 4) that differ from all before them."""
-    center = source.few.points.mean(axis=0)
+def _keep_distinct(T: np.ndarray, source: PreparedView, settings: StartSettings) -> np.ndarray:
+    """Keep those of the poses (B, 4, 4) that differ from all kept before them, at most `settings.most`."""
+    center = source.coarse_surfels.points.mean(axis=0)
     places = T[:, :3, :3] @ center + T[:, :3, 3]
     chordal = 2 * np.sqrt(2) * np.sin(np.radians(settings.distinct_deg) / 2)
-    open_, kept = np.ones(len(T), bool), []
+    kept: list[int] = []
+    open_ = np.ones(len(T), bool)
     while open_.any() and len(kept) < settings.most:
         first = int(open_.argmax())
         kept.append(first)
@@ -102,33 +101,28 @@ def _distinct(T: np.ndarray, source: Prepared, settings: StartSettings) -> np.nd
     return T[kept]
 
 
+class _Look(NamedTuple):
+    """What is looked at under every pose: a few points of the source, and what they may lie on or contradict."""
+
+    points: np.ndarray  # (N, 3)
+    normals: np.ndarray  # (N, 3)
+    target: Target
+    gate: float  # [m] to a surface, within which a point lies on it
+    image: RangeImage
+    front: float  # [m] before a surface, from which on a point contradicts it
+
+
 @kernel
 def _screen(
-    start: int,
-    stop: int,
-    T: np.ndarray,
-    points: np.ndarray,
-    normals: np.ndarray,
-    partners: np.ndarray,
-    partner_normals: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    gate: float,
-    T_image_view: np.ndarray,
-    size: float,
-    corner: np.ndarray,
-    near: np.ndarray,
-    empty: np.ndarray,
-    front: float,
-    overlaps: np.ndarray,
-    contradictions: np.ndarray,
+    start: int, stop: int, T: np.ndarray, look: _Look, overlaps: np.ndarray, contradictions: np.ndarray
 ) -> None:
     """Fill the share of points on the target's surface, and of those where nothing can be (unseen ones count half).
 
-    T (B, 4, 4) are poses of points (N, 3) with normals; partners (S, 3) with normals lie in a grid's cells; the range
-    image is given by its fields, with no pixels where there is none; overlaps and contradictions are (B,).
+    Overlaps and contradictions are (B,), of poses T (B, 4, 4); their rows [start, stop) are filled.
     """
+    points, normals, target, gate = look.points, look.normals, look.target, look.gate
+    T_image_view, size, corner = look.image.T_image_view, look.image.size, look.image.low
+    near, empty, front = look.image.near, look.image.empty, look.front
     rows = np.empty((9, 2), np.int64)
     p, normal, q = np.empty(3), np.empty(3), np.empty(3)
     height, width = near.shape
@@ -138,7 +132,7 @@ def _screen(
             for k in range(3):
                 p[k] = T[h, k, 0] * points[i, 0] + T[h, k, 1] * points[i, 1] + T[h, k, 2] * points[i, 2] + T[h, k, 3]
                 normal[k] = T[h, k, 0] * normals[i, 0] + T[h, k, 1] * normals[i, 1] + T[h, k, 2] * normals[i, 2]
-            if nearest_partner(partners, partner_normals, cells, low, cell, p, normal, gate, rows) >= 0:
+            if nearest_surfel(target, p, normal, gate, rows) >= 0:
                 on += 1
             elif height > 0:
                 for k in range(3):

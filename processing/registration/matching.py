@@ -1,5 +1,6 @@
 """Correspondences: descriptor pairs closer than a threshold (thesis 4.2)."""
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cache
 
@@ -16,16 +17,16 @@ class MatchSettings:
 
 
 def match(source: np.ndarray, target: np.ndarray, settings: MatchSettings) -> np.ndarray:
-    """Index pairs (M, 2) int: each source descriptor (K, D) and the nearest target descriptors (L, D), nearest first.
+    """Pair the indices (M, 2) int of each source descriptor (K, D) and the target descriptors (L, D) nearest to it.
 
-    Only pairs closer than the threshold; rows of NaN match nothing. Exhaustive, as a matrix product: in 352 dimensions
-    a kd-tree visits nearly every leaf.
+    Sorted by distance. Only pairs closer than the threshold; rows of NaN match nothing. Exhaustive, as a matrix
+    product: in 352 dimensions a kd-tree visits nearly every leaf.
     """
     source_valid = np.flatnonzero(np.isfinite(source[:, 0]))
     target_valid = np.flatnonzero(np.isfinite(target[:, 0]))
     if not len(source_valid) or not len(target_valid):
         return np.empty((0, 2), np.int64)
-    with _blas().limit(limits=1, user_api="blas"):  # the sums' order may not depend on the number of threads
+    with _single_threaded_blas():  # the sums' order may not depend on the number of threads
         cosine = source[source_valid] @ target[target_valid].T
     if settings.nearest == 1:
         nearest = cosine.argmax(axis=1)[:, None]
@@ -40,5 +41,11 @@ def match(source: np.ndarray, target: np.ndarray, settings: MatchSettings) -> np
 
 
 @cache
-def _blas() -> ThreadpoolController:
+def _libraries() -> ThreadpoolController:
+    """The libraries loaded, looked up once: that takes longer than a match."""
     return ThreadpoolController()
+
+
+def _single_threaded_blas() -> AbstractContextManager[object]:
+    """A context in which matrix products use one thread."""
+    return _libraries().limit(limits=1, user_api="blas")

@@ -1,145 +1,86 @@
-"""One pair of views, source to target, by each method of the thesis and by ours."""
+"""A pair of views to be registered: what both of them and the settings determine, for every step that asks."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
-from orbitscan.processing.registration import verification
-from orbitscan.processing.registration.competition import PairSettings, evidence_of, register_from
-from orbitscan.processing.registration.hypotheses import propose
-from orbitscan.processing.registration.icp import icp
-from orbitscan.processing.registration.matching import match
-from orbitscan.processing.registration.prepared_view import Prepared
-from orbitscan.processing.registration.ransac import Consensus
-from orbitscan.processing.registration.symmetry import weak_motions
-from orbitscan.processing.results.records import Correspondences, Evidence, PairEstimate
+from orbitscan.processing.registration import motions, surface_icp, verification
+from orbitscan.processing.registration.hypotheses import StartSettings
+from orbitscan.processing.registration.matching import MatchSettings
+from orbitscan.processing.registration.motions import Motion, SymmetrySettings
+from orbitscan.processing.registration.prepared_view import PreparedView
+from orbitscan.processing.registration.surface_icp import Refined, RefinementSettings
+from orbitscan.processing.registration.verification import Verification, VerificationSettings
 
-BELIEVED = ("ok", "ambiguous")  # a pose that geometry bears out, though not always it alone
+
+@dataclass(frozen=True)
+class PairSettings:
+    """How starts compete, how a pose is refined, and when it is believed."""
+
+    starts: tuple[Literal["identity", "previous", "consensus"], ...] = ("identity", "previous", "consensus")
+    # What competes: no motion, the previous step of the camera, and all that the correspondences propose.
+    step_deg: float | None = None  # from one recorded view to the next, where the user knows it; see `turn_by_step`
+    rivals: int = 3  # poses refined on all surfels, at most
+    proposals: StartSettings = field(default_factory=StartSettings)
+    # Where these lead nowhere, the correspondences are looked at once more:
+    thorough: StartSettings = field(default_factory=lambda: StartSettings(hypotheses=3000, worth=0.0, most=16))
+    thorough_matching: MatchSettings = field(default_factory=lambda: MatchSettings(nearest=2))
+    refinement: RefinementSettings = field(default_factory=RefinementSettings)
+    judgement: VerificationSettings = field(default_factory=VerificationSettings)
+    symmetry: SymmetrySettings = field(default_factory=SymmetrySettings)
 
 
 @dataclass(frozen=True, eq=False)
-class Matches:
-    """Corresponding keypoints of a pair, and the pose most of them agree on."""
+class PairRegistration:
+    """A source and a target view, and how they are registered; poses are T_target_source (4, 4)."""
 
-    indices: np.ndarray  # (M, 2) of keypoints, source and target
-    consensus: Consensus | None
+    source: PreparedView
+    target: PreparedView
+    settings: PairSettings
 
+    @property
+    def w(self) -> float:
+        """The working resolution [m]."""
+        return self.source.scale.working
 
-def register_icp(source: Prepared, target: Prepared, settings: PairSettings) -> PairEstimate:
-    """The thesis's baseline (5.2): point-to-point ICP from the identity."""
-    return _point_to_point(np.eye(4), source, target, settings, {})
+    @property
+    def diameter(self) -> float:
+        """The object's diameter [m]."""
+        return self.source.scale.diameter
 
+    @property
+    def distinct(self) -> tuple[float, float]:
+        """The turn [rad] and the shift [m] from which on two poses count as distinct."""
+        belief = self.settings.judgement
+        return np.radians(belief.distinct_deg), belief.distinct_shift * self.diameter
 
-def register_consensus(source: Prepared, target: Prepared, found: Matches, settings: PairSettings) -> PairEstimate:
-    """The thesis's method (4.2-4.3): the same ICP from the consensus set's pose; no estimate without one."""
-    features = _feature_evidence(source, found)
-    if found.consensus is None:
-        return _no_estimate(source, target, found, features)
-    return _point_to_point(found.consensus.T_target_source, source, target, settings, features)
+    def align_coarsely(self, starts: np.ndarray, gate: float, deviation: float) -> np.ndarray:
+        """Align the coarse surfels from each start (B, 4, 4) to (B, 4, 4); gate and deviation are in multiples of w."""
+        how = self.settings.refinement
+        target, still = self.target.coarse_target, how.coarse_still * self.diameter
+        return surface_icp.align_coarsely(
+            self.source.coarse_surfels, target, starts, gate * self.w, deviation * self.w, how.coarse_iterations, still
+        )
 
+    def align(self, start: np.ndarray) -> Refined:
+        """Align all surfels from a start."""
+        surfels, coarse, target = self.source.surface.surfels, self.source.coarse_surfels, self.target.fine_target
+        return surface_icp.align(surfels, coarse, target, start, self.w, self.diameter, self.settings.refinement)
 
-def register_competing(
-    source: Prepared, target: Prepared, found: Matches, previous: np.ndarray | None, settings: PairSettings
-) -> PairEstimate:
-    """Ours: starts compete, geometry judges where alignment takes them, the winner is aligned on all surfels.
+    def verify(self, T: np.ndarray, coarse: bool = False) -> Verification:
+        """Measure how far the views agree under a pose, by their judged surfels or only the coarse ones."""
+        return verification.verify(T, self.source, self.target, self.settings.judgement, coarse)
 
-    The starts are the identity, the previous step of the camera and what the correspondences propose. Where none of
-    them leads to a pose that is believed, more correspondences and more of their proposals get a second look.
-    """
-    features = _feature_evidence(source, found)
-    starts = {name: T for name, T in (("identity", np.eye(4)), ("previous", previous)) if name in settings.starts}
-    starts = {name: T for name, T in starts.items() if T is not None}
-    if "consensus" not in settings.starts:
-        return _compete(starts, source, target, found, settings, features)
-    if found.consensus is not None:
-        starts["ransac"] = found.consensus.T_target_source
-    first = starts | _name(propose(source, target, found.indices, settings.proposals))
-    best = _compete(first, source, target, found, settings, features)
-    if best.status in BELIEVED:
-        return best
-    more = match(source.descriptors, target.descriptors, settings.thorough_matching)
-    second = _name(propose(source, target, more, settings.thorough))
-    again = _compete(second, source, target, found, settings, features)
-    return max(best, again, key=lambda pair: (pair.status in BELIEVED, pair.confidence))
+    def distance(self, T_a: np.ndarray, T_b: np.ndarray) -> float:
+        """Measure how different two poses are: 1 where they just count as distinct."""
+        return verification.distance(T_a, T_b, self.source, self.settings.judgement)
 
+    def find_motions(self, T: np.ndarray, coarse: bool = False) -> list[Motion]:
+        """Find the motions of the source under a pose, the least determined first; none where the views hardly meet."""
+        surfels = self.source.coarse_surfels if coarse else self.source.judged_surfels
+        return motions.find_motions(T, surfels, self.target.fine_target, self.settings.judgement.gate * self.w)
 
-def _compete(
-    starts: Mapping[str, np.ndarray],
-    source: Prepared,
-    target: Prepared,
-    found: Matches,
-    settings: PairSettings,
-    features: Mapping[str, float | int],
-) -> PairEstimate:
-    if not starts:
-        return _no_estimate(source, target, found, features)
-    return register_from(starts, source, target, settings, features)
-
-
-def _no_estimate(
-    source: Prepared, target: Prepared, found: Matches, features: Mapping[str, float | int]
-) -> PairEstimate:
-    evidence = Evidence(points=len(source.surface.working), **features)
-    return PairEstimate(source.view, target.view, None, _why_no_consensus(source, target, found), 0.0, evidence)
-
-
-def _name(proposed: np.ndarray) -> dict[str, np.ndarray]:
-    return {f"consensus {i}": T for i, T in enumerate(proposed)}
-
-
-def _point_to_point(
-    start: np.ndarray,
-    source: Prepared,
-    target: Prepared,
-    settings: PairSettings,
-    features: Mapping[str, float | int],
-) -> PairEstimate:
-    w, how = source.scale.working, settings.refinement
-    still = how.icp_still * source.scale.diameter
-    refined = icp(source.surface.working, target.tree, start, how.icp_gate * w, how.icp_iterations, still)
-    judged = verification.judge(refined.T_target_source, source, target, settings.judgement)
-    motions = weak_motions(refined.T_target_source, source.many, target, settings.judgement.gate * w)
-    status = verification.status_of(judged, settings.judgement)
-    if status == "ok" and not motions:
-        status = "low_overlap"
-    if status == "ok" and motions[0].information < settings.symmetry.free:
-        status = "ambiguous"
-    return PairEstimate(
-        source.view,
-        target.view,
-        refined.T_target_source,
-        status,
-        verification.confidence(judged, 0.0),
-        evidence_of(source, refined, judged, motions, features),
-    )
-
-
-def _feature_evidence(source: Prepared, found: Matches) -> dict[str, float | int]:
-    matches = len(found.indices)
-    inliers = 0 if found.consensus is None else int(found.consensus.inlier.sum())
-    return {
-        "keypoints": len(source.keypoints),
-        "valid_frames": int(np.isfinite(source.descriptors[:, 0]).sum()),
-        "matches": matches,
-        "inliers": inliers,
-        "inlier_ratio": inliers / matches if matches else 0.0,
-    }
-
-
-def _why_no_consensus(source: Prepared, target: Prepared, found: Matches) -> str:
-    if min(len(source.keypoints), len(target.keypoints)) < 3:
-        return "too_few_keypoints"
-    return "too_few_matches" if len(found.indices) < 3 else "no_consensus"
-
-
-def last_correspondences(source: Prepared, found: Mapping[Prepared, Matches]) -> Correspondences | None:
-    """The matches of a view with the last of its targets, each keypoint in its own view's frame; None without any."""
-    if not found:
-        return None
-    target, matches = list(found.items())[-1]
-    pairs = matches.indices
-    inlier = np.zeros(len(pairs), bool) if matches.consensus is None else matches.consensus.inlier
-    return Correspondences(
-        source.view, target.view, source.keypoints[pairs[:, 0]], target.keypoints[pairs[:, 1]], inlier
-    )
+    def nearly_slides(self, found: list[Motion]) -> bool:
+        """Whether the least determined of the motions is hardly determined."""
+        return bool(found) and found[0].information < self.settings.symmetry.suspicious

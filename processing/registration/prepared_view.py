@@ -18,14 +18,14 @@ _PIXEL = 1.0  # of the range image, in multiples of the working resolution
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class PreparedView:
     """A view's surface, its keypoints and descriptors, and search structures."""
 
     surface: Surface
     keypoints: np.ndarray  # (K, 3)
     descriptors: np.ndarray  # (K, 352), NaN rows where the local frame is not valid
     frames: np.ndarray  # (K, 3, 3) local reference frames, rows x y z
-    scale: Scale | None
+    scale: Scale
     settings: RefinementSettings
 
     @property
@@ -35,75 +35,75 @@ class Prepared:
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Of the working points, for the thesis's ICP."""
+        """A kd-tree of the working points, for the thesis's ICP."""
         return cKDTree(self.surface.working)
 
     @cached_property
-    def few(self) -> Surfels:
+    def coarse_surfels(self) -> Surfels:
         """Surfels that stand for all while starts compete."""
         return self.surface.surfels.thinned(self.settings.coarse_points)
 
     @cached_property
-    def many(self) -> Surfels:
+    def judged_surfels(self) -> Surfels:
         """Surfels that stand for all when a pose is judged."""
         return self.surface.surfels.thinned(self.settings.judged_points)
 
     @cached_property
-    def coarse(self) -> Target:
-        """The few, as partners."""
-        return make_target(self.few, self.settings.coarse_gate * self.scale.working)
+    def coarse_target(self) -> Target:
+        """Its coarse surfels, sorted to find correspondences among."""
+        return make_target(self.coarse_surfels, self.settings.coarse_gate * self.scale.working)
 
     @cached_property
-    def fine(self) -> Target:
-        """All surfels, as partners."""
+    def fine_target(self) -> Target:
+        """All its surfels, sorted to find correspondences among."""
         return make_target(self.surface.surfels, self.settings.middle_gate * self.scale.working)
 
     @cached_property
     def range_image(self) -> RangeImage | None:
-        """What its sensor saw how far away; None where the sensor's place is unknown or amid the points."""
+        """How far its sensor saw in each direction; None where the sensor's place is unknown or amid the points."""
         origin = self.surface.sensor_origin
         return None if origin is None else make_range_image(self.surface.points, origin, _PIXEL * self.scale.working)
 
 
-class Shelf:
+class ViewCache:
     """The last views asked for, prepared; one that is no longer there is read and prepared again."""
 
     def __init__(
         self,
         views: Views,
-        prepare: Callable[[View], Prepared],
-        prepare_surface: Callable[[View], Prepared],
+        prepare: Callable[[View], PreparedView],
+        prepare_surface: Callable[[View], PreparedView],
         most: int,
     ) -> None:
-        """At most so many views are kept; `prepare_surface` is the quicker one, without keypoints and descriptors."""
+        """Keep `most` views at most; `prepare_surface` is the quicker one, without keypoints and descriptors."""
         self._views, self._prepare, self._prepare_surface, self._most = views, prepare, prepare_surface, max(1, most)
-        self._kept: OrderedDict[int, Prepared] = OrderedDict()
-        self._bare: set[int] = set()  # those kept without keypoints and descriptors
+        self._kept: OrderedDict[int, PreparedView] = OrderedDict()
+        self._without_features: set[int] = set()  # those kept without keypoints and descriptors
 
-    def put(self, view: View) -> Prepared:
-        """A view that was just read."""
-        self._bare.discard(view.index)
+    def put(self, view: View) -> PreparedView:
+        """Prepare and keep a view that was just read."""
+        self._without_features.discard(view.index)
         return self._keep(view.index, self._prepare(view))
 
-    def get(self, index: int) -> Prepared:
-        """A view by its recorded index."""
-        if index not in self._kept or index in self._bare:
+    def get(self, index: int) -> PreparedView:
+        """Return a view by its recorded index."""
+        if index not in self._kept or index in self._without_features:
             return self.put(self._views.load(index))
         self._kept.move_to_end(index)
         return self._kept[index]
 
-    def get_surface(self, index: int) -> Prepared:
-        """A view by its recorded index, for what needs no keypoints and descriptors: it may lack them."""
+    def get_surface(self, index: int) -> PreparedView:
+        """Return a view by its recorded index that may lack keypoints and descriptors."""
         if index not in self._kept:
-            self._bare.add(index)
+            self._without_features.add(index)
             return self._keep(index, self._prepare_surface(self._views.load(index)))
         self._kept.move_to_end(index)
         return self._kept[index]
 
-    def _keep(self, index: int, prepared: Prepared) -> Prepared:
+    def _keep(self, index: int, prepared: PreparedView) -> PreparedView:
         self._kept[index] = prepared
         self._kept.move_to_end(index)
         while len(self._kept) > self._most:
             oldest, _ = self._kept.popitem(last=False)
-            self._bare.discard(oldest)
+            self._without_features.discard(oldest)
         return prepared

@@ -31,7 +31,7 @@ class Consensus:
 def estimate_pose(
     source: np.ndarray, target: np.ndarray, tolerance: float, settings: RansacSettings, rng: np.random.Generator
 ) -> Consensus | None:
-    """The consensus of matched points (M, 3) and (M, 3); None where fewer than `min_inliers` agree.
+    """Estimate the pose that matched points (M, 3) and (M, 3) agree on; None where fewer than `min_inliers` do.
 
     Trials go on until N = log(1 - confidence) / log(1 - e^3), e being the best inlier ratio so far, or the cap. A
     sample whose sides differ by more than the tolerance [m] allows is a trial that fails at once.
@@ -61,14 +61,14 @@ def estimate_pose(
 
 
 def trials_needed(inlier_ratio: float, confidence: float) -> float:
-    """How many samples of 3 until one is free of outliers with this confidence."""
+    """The number of samples of 3 of which one is free of outliers with this confidence."""
     if inlier_ratio >= 1.0:
         return 1.0
     return float(np.log(1 - confidence) / np.log1p(-(inlier_ratio**3))) if inlier_ratio > 0 else np.inf
 
 
 def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """The rigid motions (B, 4, 4) that map B sets of points (B, n, 3) to their partners in the least-squares sense.
+    """Fit the rigid motions (B, 4, 4) that map B sets of points (B, n, 3) to the target's with least squares.
 
     Thesis (4.8)-(4.22): centred sets, H = sum p' q'^t = U L V^t, R = V U^t, V's last column negated where R mirrors.
     """
@@ -86,17 +86,16 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def count_inliers(source: np.ndarray, target: np.ndarray, hypotheses: np.ndarray, tolerance: float) -> np.ndarray:
-    """How many points (M, 3) each motion (B, 4, 4) takes nearer than the tolerance [m] to their partners: (B,)."""
+    """Count (B,) the source points (M, 3) that each motion (B, 4, 4) takes within the tolerance [m] of the target's."""
     counts = np.empty(len(hypotheses), np.int64)
     over_slices(_count_inliers, len(hypotheses), source, target, np.ascontiguousarray(hypotheses), tolerance, counts)
     return counts
 
 
 def _same_shape(source: np.ndarray, target: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which samples (B, 3, 3) are triangles with sides alike in both views, and longer than the tolerance."""
-    sides = np.linalg.norm(source - np.roll(source, 1, axis=1), axis=2)
-    partners = np.linalg.norm(target - np.roll(target, 1, axis=1), axis=2)
-    return ((np.abs(sides - partners) < 2 * tolerance) & (np.minimum(sides, partners) > 2 * tolerance)).all(axis=1)
+    """Tell which samples (B, 3, 3) are triangles with sides alike in both views, longer than twice the tolerance."""
+    sides, others = (np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2) for corners in (source, target))
+    return ((np.abs(sides - others) < 2 * tolerance) & (np.minimum(sides, others) > 2 * tolerance)).all(axis=1)
 
 
 def _inliers(source: np.ndarray, target: np.ndarray, T: np.ndarray, tolerance: float) -> np.ndarray:

@@ -6,9 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.kernels.cholesky import solve
-from orbitscan.processing.kernels.grid import Cells
 from orbitscan.processing.registration.correspondences import Target
-from orbitscan.processing.registration.normal_equations import accumulate, normal_equations
+from orbitscan.processing.registration.normal_equations import Problem, accumulate, normal_equations
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 from orbitscan.recorder.kernels import kernel, over_slices
@@ -21,8 +20,8 @@ _COARSE_RIDGE = 1e-6  # the same, where fewer surfels tell less
 class RefinementSettings:
     """Gates and deviations are multiples of the working resolution w; the thesis gives none of these.
 
-    A gate is how far a partner may be. An iteration ends at a step that moves no point by more than `still`, a share of
-    the object's diameter.
+    A gate is how far a corresponding surfel may be. An iteration ends at a step that moves no point by more than
+    `still`, a share of the object's diameter.
     """
 
     # The thesis's point-to-point ICP, of all working points.
@@ -44,7 +43,7 @@ class RefinementSettings:
 
     # Then all of both.
     fine_gate: float = 1.5
-    fine_slide: float = 1.0  # partners farther apart along the surface do not overlap
+    fine_slide: float = 1.0  # surfels farther apart along the surface do not overlap
     fine_iterations: int = 12
     fine_still: float = 1e-5
 
@@ -68,50 +67,51 @@ class Refined:
 def align_coarsely(
     source: Surfels, target: Target, starts: np.ndarray, gate: float, deviation: float, iterations: int, still: float
 ) -> np.ndarray:
-    """Where surface-to-surface ICP of a few surfels takes each start T_target_source (B, 4, 4): (B, 4, 4).
+    """Return where surface-to-surface ICP of a few surfels takes each start T_target_source (B, 4, 4): (B, 4, 4).
 
     As `align`, but every residual has the same deviation [m], at which it counts a quarter. The gate is in metres; a
-    step that moves the points by less than `still` [m] ends the iteration. A start that finds no partners stays.
+    step that moves the points by less than `still` [m] ends the iteration. A start without correspondences stays.
     """
     T = np.array(starts, dtype=np.float64)
     variances = np.full(len(source), deviation**2 / 2)
-    others = np.full(len(target.variances), deviation**2 / 2)
-    over_slices(
-        _align_each, len(T), source.points, source.normals, variances, target.grid.points, target.normals, others,
-        target.grid.cells, target.grid.low, target.grid.cell, gate, gate, 1.0, iterations, still, _reach(source), T,
-    )  # fmt: skip
+    target = target._replace(variances=np.full(len(target.variances), deviation**2 / 2))
+    problem = Problem(source.points, source.normals, variances, target, gate, gate, 1.0)
+    over_slices(_align_each, len(T), problem, iterations, still, _rms_radius(source.points), T)
     return T
 
 
 def align(
     source: Surfels,
-    few: Surfels,
+    coarse: Surfels,
     target: Target,
     start: np.ndarray,
     w: float,
     diameter: float,
     settings: RefinementSettings,
 ) -> Refined:
-    """Surface-to-surface ICP of surfels from a start T_target_source, at the working resolution w [m].
+    """Align surfels with a target by surface-to-surface ICP from a start T_target_source; w and diameter in metres.
 
     Residuals are along the mean of both normals, in which two samplings of one curved surface agree to second order
     (Rusinkiewicz, A symmetric objective function for ICP, 2019). They are weighed by the inverse of both surfels'
     variances and robustly (Geman and McClure), so that creases and what is not in both views pull little. The first
-    steps are made with a few of the source's surfels, the rest with all. Where no surfel finds a partner the pose stays
-    where it is, without information.
+    steps are made with the coarse surfels, which stand for the source's, the rest with all. A pose without
+    correspondences stays where it is, without information.
     """
-    least = (settings.least_deviation * w) ** 2
+    min_variance = (settings.least_deviation * w) ** 2
+    target = target._replace(variances=target.variances + min_variance)
     stages = (
-        (few, settings.middle_gate, settings.middle_gate, settings.middle_iterations, settings.middle_still),
+        (coarse, settings.middle_gate, settings.middle_gate, settings.middle_iterations, settings.middle_still),
         (source, settings.fine_gate, settings.fine_slide, settings.fine_iterations, settings.fine_still),
     )
     T, converged, A, center = start, False, None, None
     for surfels, gate, slide, iterations, still in stages:
+        variances, cutoff = surfels.variances + min_variance, settings.fine_deviation
+        problem = Problem(surfels.points, surfels.normals, variances, target, gate * w, slide * w, cutoff**2)
         middle = surfels.points.mean(axis=0)[None]
         for _ in range(iterations):
             center = poses.transform(T, middle)[0]
-            A, b = normal_equations(surfels, target, least, T, center, gate * w, slide * w, settings.fine_deviation)
-            step = _motion(A, b, center)
+            A, b = normal_equations(problem, T, center)
+            step = _solve_motion(A, b, center)
             if step is None:
                 return Refined(T, False)
             T = step @ T
@@ -123,8 +123,8 @@ def align(
     return Refined(poses.make(poses.project_rotation(T[:3, :3]), T[:3, 3]), converged, A, center)
 
 
-def _motion(A: np.ndarray, b: np.ndarray, center: np.ndarray) -> np.ndarray | None:
-    """The motion about a centre that solves A x = -b for a turn and a shift; None where it is undetermined."""
+def _solve_motion(A: np.ndarray, b: np.ndarray, center: np.ndarray) -> np.ndarray | None:
+    """Solve A x = -b for a turn and a shift about a centre: their motion (4, 4), None where it is undetermined."""
     x, A = -b, A + np.eye(6) * _RIDGE * np.trace(A)
     if not solve(A, x):
         return None
@@ -132,60 +132,24 @@ def _motion(A: np.ndarray, b: np.ndarray, center: np.ndarray) -> np.ndarray | No
     return poses.make(R, center + x[3:] - R @ center)
 
 
-def _reach(surfels: Surfels) -> float:
-    """Of the points from their mean, in root mean square [m]."""
-    return float(np.sqrt(((surfels.points - surfels.points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+def _rms_radius(points: np.ndarray) -> float:
+    """RMS distance of the points (N, 3) to their centroid [m]."""
+    return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
 @kernel
 def _align_each(
-    start: int,
-    stop: int,
-    points: np.ndarray,
-    normals: np.ndarray,
-    variances: np.ndarray,
-    partners: np.ndarray,
-    partner_normals: np.ndarray,
-    partner_variances: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    gate: float,
-    slide: float,
-    deviations: float,
-    iterations: int,
-    still: float,
-    reach: float,
-    T: np.ndarray,
+    start: int, stop: int, problem: Problem, iterations: int, still: float, radius: float, T: np.ndarray
 ) -> None:
-    """Overwrite each start T (B, 4, 4) by where the iteration ends; a start that finds no partners stays."""
+    """Overwrite each start T (B, 4, 4) by where the iteration ends; a start without correspondences stays."""
     for c in range(start, stop):
-        _align_one(
-            points, normals, variances, partners, partner_normals, partner_variances, cells, low, cell, gate, slide,
-            deviations, iterations, still, reach, T[c],
-        )  # fmt: skip
+        _align_one(problem, iterations, still, radius, T[c])
 
 
 @kernel
-def _align_one(
-    points: np.ndarray,
-    normals: np.ndarray,
-    variances: np.ndarray,
-    partners: np.ndarray,
-    partner_normals: np.ndarray,
-    partner_variances: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    gate: float,
-    slide: float,
-    deviations: float,
-    iterations: int,
-    still: float,
-    reach: float,
-    T: np.ndarray,
-) -> None:
+def _align_one(problem: Problem, iterations: int, still: float, radius: float, T: np.ndarray) -> None:
     """Overwrite one start T (4, 4) by where the iteration ends."""
+    points = problem.points
     center, middle = np.empty(3), np.zeros(3)
     for i in range(len(points)):
         for k in range(3):
@@ -198,10 +162,7 @@ def _align_one(
             b[i] = 0.0
             for j in range(6):
                 A[i, j] = 0.0
-        accumulate(
-            points, normals, variances, partners, partner_normals, partner_variances, cells, low, cell, T, center, gate,
-            slide, deviations, 0, len(points), A, b,
-        )  # fmt: skip
+        accumulate(problem, T, center, (0, len(points)), A, b)
         trace = 0.0
         for i in range(6):
             trace += A[i, i]
@@ -211,7 +172,7 @@ def _align_one(
         if trace <= 0.0 or not solve(A, b):
             return
         _move(T, b, center)
-        turn = np.sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]) * reach
+        turn = np.sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]) * radius
         if turn + np.sqrt(b[3] * b[3] + b[4] * b[4] + b[5] * b[5]) < still:
             return
 

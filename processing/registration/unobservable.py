@@ -13,20 +13,20 @@ _ROUNDS = 5  # of taking out one free motion after the other, where there are se
 
 
 def direction(freedom: Freedom, center: np.ndarray) -> np.ndarray:
-    """A unit of a free motion (6,): a turn about the centre (3,), then a shift."""
+    """The direction (6,) of a free motion: a unit's turn [rad] about the centre (3,), then its shift [m]."""
     if freedom.kind == "turn":
         return np.concatenate([freedom.axis, np.cross(freedom.axis, center - freedom.point)])
     return np.concatenate([np.zeros(3), freedom.axis])
 
 
 def release(A: np.ndarray, center: np.ndarray, freedom: Freedom) -> np.ndarray:
-    """Information A (6, 6) about a centre (3,) without what it says of a free motion, and as much of all others."""
+    """Take what it says of a free motion out of information A (6, 6) about a centre (3,); the rest stays as it is."""
     v = A @ direction(freedom, center)
     return A - np.outer(v, v) / max(float(direction(freedom, center) @ v), 1e-300)
 
 
 def hold(A: np.ndarray, center: np.ndarray, freedom: Freedom, deviation: float) -> np.ndarray:
-    """Information A (6, 6) about a centre (3,) with a free motion known to a standard deviation, [rad] or [m]."""
+    """Set what information A (6, 6) about a centre (3,) says of a free motion to a standard deviation [rad] or [m]."""
     v = direction(freedom, center)
     return release(A, center, freedom) + np.outer(v, v) / (v @ v * deviation) ** 2
 
@@ -40,12 +40,11 @@ def same_freedom(a: Freedom, b: Freedom, degrees: float, apart: float) -> bool:
 
 
 def take_out(D: np.ndarray, freedoms: Sequence[Freedom], center: np.ndarray) -> np.ndarray:
-    """A motion D (4, 4) of an object with this centre (3,), less its part along the free motions; all in one frame."""
+    """Take the part along free motions out of a motion D (4, 4) of an object with a centre (3,); all in one frame."""
     for _ in range(_ROUNDS if len(freedoms) > 1 else 1):
         for freedom in freedoms:
             if freedom.kind == "turn":
-                R = Rotation.from_rotvec(-poses.twist(D[:3, :3], freedom.axis) * freedom.axis).as_matrix()
-                D = poses.make(R, freedom.point - R @ freedom.point) @ D
+                D = poses.turn_about(freedom.axis, freedom.point, -poses.twist(D[:3, :3], freedom.axis)) @ D
             else:
                 moved = poses.transform(D, center[None])[0] - center
                 D = poses.make(np.eye(3), -np.dot(moved, freedom.axis) * freedom.axis) @ D
@@ -53,15 +52,13 @@ def take_out(D: np.ndarray, freedoms: Sequence[Freedom], center: np.ndarray) -> 
 
 
 def turn_by_step(T: np.ndarray, free: Freedom, step_deg: float) -> np.ndarray:
-    """The pose T_target_source turned about a free axis until the whole motion turns by a known step [degrees].
+    """Turn a pose T_target_source about a free axis until the whole motion turns by a known step [degrees].
 
     Positive steps are those of a camera that goes round counterclockwise seen from above (a camera's y points down).
     """
     step_deg = (step_deg + 180) % 360 - 180
     angles = np.radians(np.arange(0, 360, _FINENESS_DEG))
-    turns = Rotation.from_rotvec(angles[:, None] * free.axis)
-    whole = (turns * Rotation.from_matrix(T[:3, :3])).as_rotvec()
+    whole = (Rotation.from_rotvec(angles[:, None] * free.axis) * Rotation.from_matrix(T[:3, :3])).as_rotvec()
     off = np.abs(np.linalg.norm(whole, axis=1) - abs(np.radians(step_deg)))
     off[np.sign(-whole[:, 1]) != np.sign(step_deg)] += 2 * np.pi
-    R = turns[int(off.argmin())].as_matrix()
-    return poses.make(R, free.point - R @ free.point) @ T
+    return poses.turn_about(free.axis, free.point, angles[int(off.argmin())]) @ T

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.registration.correspondences import find_partners
+from orbitscan.processing.registration.correspondences import find_correspondences
 from orbitscan.processing.registration.free_space import look_up
-from orbitscan.processing.registration.prepared_view import Prepared
+from orbitscan.processing.registration.prepared_view import PreparedView
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
@@ -17,11 +18,11 @@ _RIVALRY = 4  # power of a rival's share of the best score: only near ones cost 
 
 
 @dataclass(frozen=True)
-class JudgementSettings:
+class VerificationSettings:
     """What counts as agreement; lengths in multiples of the working resolution; not in the thesis."""
 
-    # What a surfel finds in the other view: a partner it overlaps, or nothing, or what contradicts it.
-    gate: float = 2.0  # partners are no farther
+    # What a surfel finds in the other view: a surfel it overlaps, or nothing, or what contradicts it.
+    gate: float = 2.0  # overlapping surfels are no farther
     deviation: float = 0.2  # of a residual, besides what both surfels' variances explain
     front: float = 1.5  # a point so far before a surface, and four times the noise, contradicts it ...
     grazing_cosine: float = 0.35  # ... unless the other sensor would see it edge-on, and may have missed it
@@ -49,7 +50,7 @@ class JudgementSettings:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class Verification:
     """How far the surfaces agree.
 
     Shares are means of both directions, the source's surfels in the target and the target's in the source, each
@@ -77,19 +78,20 @@ class _Count:
     unseen: int
 
 
-def judge(
+def verify(
     T_target_source: np.ndarray,
-    source: Prepared,
-    target: Prepared,
-    settings: JudgementSettings,
-    few: bool = False,
-) -> Judgement:
-    """The agreement of two views under a pose, by many or only a few of their surfels."""
-    forth = _compare(T_target_source, source.few if few else source.many, target, settings)
-    back = _compare(poses.invert(T_target_source), target.few if few else target.many, source, settings)
+    source: PreparedView,
+    target: PreparedView,
+    settings: VerificationSettings,
+    coarse: bool = False,
+) -> Verification:
+    """Measure how far two views agree under a pose, by their judged surfels or only the coarse ones."""
+    ours, theirs = (view.coarse_surfels if coarse else view.judged_surfels for view in (source, target))
+    forth = _compare(T_target_source, ours, target, settings)
+    back = _compare(poses.invert(T_target_source), theirs, source, settings)
     overlapping = forth.overlapping + back.overlapping
     if not overlapping:
-        return Judgement(overlap=0.0, rmse=0.0, misfit=np.inf, violations=1.0, unseen=1.0, score=0.0)
+        return Verification(overlap=0.0, rmse=0.0, misfit=np.inf, violations=1.0, unseen=1.0, score=0.0)
     smaller = min(len(source.surface.surfels), len(target.surface.surfels))
     of_forth = min(1.0, smaller / len(source.surface.surfels)) * forth.surfels
     of_back = min(1.0, smaller / len(target.surface.surfels)) * back.surfels
@@ -101,7 +103,7 @@ def judge(
     fitting = share(forth.fitting, back.fitting)
     violations, unseen = share(forth.in_front, back.in_front), share(forth.unseen, back.unseen)
     reach = min(1.0, (1 + settings.enough_overlap) * overlap / (overlap + settings.enough_overlap))
-    return Judgement(
+    return Verification(
         overlap=min(1.0, overlap),
         rmse=float(np.sqrt((forth.squares + back.squares) / overlapping)),
         misfit=float(np.sqrt((forth.misfits + back.misfits) / overlapping)),
@@ -111,17 +113,18 @@ def judge(
     )
 
 
-def _compare(T: np.ndarray, surfels: Surfels, other: Prepared, settings: JudgementSettings) -> _Count:
+def _compare(T: np.ndarray, surfels: Surfels, other: PreparedView, settings: VerificationSettings) -> _Count:
     w = other.scale.working
     moved = poses.transform(T, surfels.points)
     normals = poses.rotate(T, surfels.normals)
-    partner = find_partners(moved, normals, other.fine, settings.gate * w)
-    near = partner >= 0
-    partner = partner[near]
-    along = normals[near] + other.fine.normals[partner]
+    target = other.fine_target
+    found = find_correspondences(moved, normals, target, settings.gate * w)
+    near = found >= 0
+    found = found[near]
+    along = normals[near] + target.normals[found]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    residual = np.einsum("ni,ni->n", moved[near] - other.fine.grid.points[partner], along)
-    variance = surfels.variances[near] + other.fine.variances[partner] + (settings.deviation * w) ** 2
+    residual = np.einsum("ni,ni->n", moved[near] - target.grid.points[found], along)
+    variance = surfels.variances[near] + target.variances[found] + (settings.deviation * w) ** 2
     misfits = residual**2 / variance
     in_front = unseen = 0
     if other.range_image is not None and not near.all():
@@ -133,7 +136,7 @@ def _compare(T: np.ndarray, surfels: Surfels, other: Prepared, settings: Judgeme
         unseen = int((nothing & (cosine > settings.unseen_cosine)).sum())
     return _Count(
         surfels=len(surfels),
-        overlapping=len(partner),
+        overlapping=len(found),
         squares=float((residual**2).sum()),
         misfits=float(np.minimum(misfits, _MOST_VARIANCES).sum()),
         fitting=float((1.0 / (1.0 + misfits / _HALF)).sum()),
@@ -142,36 +145,36 @@ def _compare(T: np.ndarray, surfels: Surfels, other: Prepared, settings: Judgeme
     )
 
 
-def status_of(judgement: Judgement, settings: JudgementSettings, nearly_slides: bool = False) -> str:
+def status_of(found: Verification, settings: VerificationSettings, nearly_slides: bool = False) -> str:
     """`ok`, `low_overlap`, `inconsistent` where a surface is seen through another, `diverged` where they lie apart.
 
     Where the views nearly slide along each other, surfels that should have been seen and were not count too.
     """
-    if judgement.overlap < settings.min_overlap:
-        return "low_overlap"
-    if judgement.violations > settings.max_violations:
-        return "inconsistent"
-    if nearly_slides and judgement.violations + judgement.unseen > settings.strict_violations:
-        return "inconsistent"
-    fits = judgement.misfit <= settings.max_misfit and judgement.score >= settings.min_score
-    return "ok" if fits else "diverged"
+    if found.overlap < settings.min_overlap:
+        return Status.LOW_OVERLAP
+    if found.violations > settings.max_violations:
+        return Status.INCONSISTENT
+    if nearly_slides and found.violations + found.unseen > settings.strict_violations:
+        return Status.INCONSISTENT
+    fits = found.misfit <= settings.max_misfit and found.score >= settings.min_score
+    return Status.OK if fits else Status.DIVERGED
 
 
-def as_good(judgement: Judgement, best: Judgement, settings: JudgementSettings) -> bool:
+def as_good(found: Verification, best: Verification, settings: VerificationSettings) -> bool:
     """Whether another pose of the same views explains them as well as the best one."""
-    as_close = judgement.misfit <= settings.ambiguous_misfit * best.misfit
-    return as_close and judgement.score >= settings.ambiguous_score * best.score
+    as_close = found.misfit <= settings.ambiguous_misfit * best.misfit
+    return as_close and found.score >= settings.ambiguous_score * best.score
 
 
-def distance(T_a: np.ndarray, T_b: np.ndarray, source: Prepared, settings: JudgementSettings) -> float:
-    """How different two poses of the source are: 1 where they just count as distinct."""
-    center = source.few.points.mean(axis=0)[None]
+def distance(T_a: np.ndarray, T_b: np.ndarray, source: PreparedView, settings: VerificationSettings) -> float:
+    """Measure how different two poses of the source are: 1 where they just count as distinct."""
+    center = source.coarse_surfels.points.mean(axis=0)[None]
     turned = np.degrees(poses.rotation_angle(T_a[:3, :3].T @ T_b[:3, :3]))
     shifted = float(np.linalg.norm(poses.transform(T_a, center) - poses.transform(T_b, center)))
     return max(turned / settings.distinct_deg, shifted / (settings.distinct_shift * source.scale.diameter))
 
 
-def confidence(found: Judgement, rival: float) -> float:
+def confidence(found: Verification, rival: float) -> float:
     """How strongly geometry speaks for a pose, 0 to 1: its score, the less the nearer a rival's score comes to it.
 
     An ordering, not a probability: it is not calibrated.

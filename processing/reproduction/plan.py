@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, setting
 
 Progress = Callable[[Iterable[Any], int, str], Iterator[Any]]
 
@@ -30,9 +30,9 @@ class Plan:
 
     def __post_init__(self) -> None:
         if not 0 < self.fraction <= 1:
-            raise InvalidOption(f"--fraction {self.fraction:g}", "is no share of the views", "give 0.01 to 1")
+            raise InvalidOption(setting("fraction", self.fraction), "is not a share of the views", "give 0.01 to 1")
         if self.runs < 1:
-            raise InvalidOption(f"--runs {self.runs}", "leaves nothing to show", "give 1 or more")
+            raise InvalidOption(setting("runs", self.runs), "leaves nothing to show", "give 1 or more")
 
     @property
     def every(self) -> int:

@@ -3,14 +3,14 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from importlib.metadata import version
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Protocol
 
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.recorder.atomic import write_whole
+from orbitscan.recorder.workers import as_ready
 
 
 class Task(Protocol):
@@ -46,22 +46,18 @@ def keep(plan: Plan, work: Work, tasks: Sequence[Task], what: str) -> list[dict[
 def _work_on(missing: dict[Path, Task], work: Work, workers: int) -> Iterator[Path]:
     workers = min(workers, len(missing))
     if workers == 1:
-        yield from (_finish(work, task, path) for path, task in missing.items())
+        yield from (_finish(work, item) for item in missing.items())
         return
-    # spawn: forked children hang in libraries that had already started threads
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        try:
-            pending = [pool.submit(_finish, work, task, path) for path, task in missing.items()]
-            yield from (future.result() for future in as_completed(pending))
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    for _, finished in as_ready(partial(_finish, work), missing.items(), workers):
+        yield finished.result()
 
 
-def _finish(work: Work, task: Task, path: Path) -> Path:
+def _finish(work: Work, item: tuple[Path, Task]) -> Path:
     """Do a task and keep its result; on one thread: a sum in another order might differ in its last bit."""
     import numba
     import torch
 
+    path, task = item
     threads = torch.get_num_threads(), numba.get_num_threads()
     torch.set_num_threads(1)
     numba.set_num_threads(1)

@@ -1,17 +1,15 @@
 """A batch as a table, a row per recording: what it is and is taken for, errors by method, failed views, seconds."""
 
 import csv
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from orbitscan.processing.results.files import read_results
-from orbitscan.processing.results.records import METHODS, summarize
+from orbitscan.processing.results.folder import Results, ResultsFolder, read_results
+from orbitscan.processing.results.records import summarize
+from orbitscan.processing.results.status import METHODS, Method, best_method
 from orbitscan.recorder.atomic import whole_file
-
-_ANSWER = ("category", "known", "likeliest", "probability")
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,26 +19,36 @@ class Row:
     session: str
     status: str  # done, failed, unfinished
     problem: str | None = None  # in a sentence; of what failed or is damaged
-    folder: Path | None = None  # of the results; None where there are none
-    results: Mapping[str, Any] | None = None  # results.json
-    seconds: Mapping[str, Any] | None = None  # timings.json
+    folder: ResultsFolder | None = None  # None where there are no results
 
     @property
-    def best(self) -> str | None:
-        """The best method run."""
-        methods = self.results["reconstruction"] if self.results else ()
-        return next((method for method in reversed(METHODS) if method in methods), None)
+    def results(self) -> Results | None:
+        """The content of results.json."""
+        return self.folder.results if self.folder else None
+
+    @property
+    def views(self) -> int:
+        """How many views were used."""
+        return len(self.results.session.views_used) if self.results else 0
+
+    def of(self, method: str, key: str) -> Any:
+        """An entry of a method's summary; None where it was not run."""
+        found = self.results.reconstruction.get(Method(method)) if self.results else None
+        return found.summary[key] if found else None
 
     def of_best(self, key: str) -> Any:
         """An entry of the summary of the best method; None where there is none."""
-        return self.results["reconstruction"][self.best]["summary"][key] if self.best else None
+        return self.results.best.summary[key] if self.results and self.results.best else None
+
+    def seconds(self, method: str) -> float | None:
+        """Seconds that a method took in all."""
+        return self.folder.seconds["methods"][method]["total"] if self.folder else None
 
 
-def read_row(folder: Path, problem: str | None = None) -> Row:
-    """The row of a complete results folder."""
-    results = read_results(folder)
-    seconds = json.loads((folder / "timings.json").read_text(encoding="utf-8"))
-    return Row(folder.name, "done", problem or results["input"]["damage"], folder, results, seconds)
+def read_row(path: Path, problem: str | None = None) -> Row:
+    """The row of a complete results folder. Raises UnreadableRecording."""
+    folder = read_results(path)
+    return Row(path.name, "done", problem or folder.results.input.damage, folder)
 
 
 def worst_first(rows: Sequence[Row]) -> list[Row]:
@@ -55,9 +63,14 @@ def worst_first(rows: Sequence[Row]) -> list[Row]:
     return sorted(rows, key=badness)
 
 
+def methods_of(rows: Sequence[Row]) -> list[Method]:
+    """The methods that any of the recordings was processed by, worst to best."""
+    return [m for m in METHODS if any(row.results and m in row.results.reconstruction for row in rows)]
+
+
 def tabulate(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """The rows as flat records with one set of columns, whose names end in their units; None where nothing is known."""
-    methods = [m for m in METHODS if any(row.results and m in row.results["reconstruction"] for row in rows)]
+    methods = methods_of(rows)
     return [_flatten(row, methods) for row in rows]
 
 
@@ -76,33 +89,30 @@ def write_table(folder: Path, rows: Sequence[Row]) -> None:
         parquet.write_table(pa.Table.from_pylist(records, schema), part)
 
 
-def _flatten(row: Row, methods: Sequence[str]) -> dict[str, Any]:
-    found, answer = row.results or {}, (row.results or {}).get("classification") or {}
-    session, turntable = found.get("session", {}), found.get("turntable") or {}
+def _flatten(row: Row, methods: Sequence[Method]) -> dict[str, Any]:
+    found = row.results
+    answer = found.classification if found else None
     flat: dict[str, Any] = {
         "session": row.session,
         "status": row.status,
         "problem": row.problem,
-        "category": session.get("category"),
-        **dict(zip(("predicted", *_ANSWER[1:]), map(answer.get, _ANSWER), strict=True)),
-        "views_recorded": session.get("views_recorded"),
-        "views_used": len(session["views_used"]) if session else None,
-        "method": row.best,
+        "category": found.session.category if found else None,
+        "predicted": answer.category if answer else None,
+        "known": answer.known if answer else None,
+        "likeliest": answer.likeliest if answer else None,
+        "probability": answer.probability if answer else None,
+        "views_recorded": found.session.views_recorded if found else None,
+        "views_used": row.views if found else None,
+        "method": best_method(found.reconstruction) if found else None,
     }
     for method in methods:
-        of_method = found.get("reconstruction", {}).get(method)
-        for key in _summary_keys():
-            flat[f"{method}_{key}"] = of_method["summary"].get(key) if of_method else None
-        seconds = row.seconds["methods"][method]["total"] if of_method else None
-        flat[f"{method}_seconds"] = seconds
-    flat["turntable_step_deg"] = turntable.get("step_deg")
-    flat["model_points"] = (found.get("model") or {}).get("points")
-    flat["seconds"] = row.seconds["total"] if row.seconds else None
+        was_run = found is not None and method in found.reconstruction
+        flat |= {f"{method}_{key}": row.of(method, key) for key in summarize((), None)}
+        flat[f"{method}_seconds"] = row.seconds(method) if was_run else None
+    flat["turntable_step_deg"] = found.turntable.step_deg if found and found.turntable else None
+    flat["model_points"] = found.model.points if found and found.model else None
+    flat["seconds"] = row.folder.seconds["total"] if row.folder else None
     return flat
-
-
-def _summary_keys() -> list[str]:
-    return list(summarize((), None))
 
 
 def _type_of(column: str, pa: Any) -> Any:

@@ -1,17 +1,16 @@
-"""What a batch's recordings are taken for: confusion matrices counted from results folders, as CSV."""
+"""What a batch's recordings are taken for: confusion matrices counted from their results, as CSV."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.results.files import read_results
+from orbitscan.processing.results.folder import Results
+from orbitscan.processing.results.records import UNKNOWN
 from orbitscan.recorder.atomic import whole_file
 
-UNKNOWN = "unknown"  # the row of what the model has no category for, the column of what it does not know
 FEWEST = 2  # recordings that make a batch
 
 
@@ -37,32 +36,31 @@ class Confusion:
     answers: tuple[Answer, ...]
 
 
-def count_confusion(folders: Sequence[Path]) -> Confusion | None:
-    """The confusion of the recordings in results folders whose category is known and which were classified.
+def count_confusion(sessions: Sequence[Results]) -> Confusion | None:
+    """The confusion of the sessions whose category is known and which were classified.
 
     None where they are fewer than FEWEST. What the model has no category for is in the row UNKNOWN.
     """
-    results = [read_results(folder) for folder in sorted(folders)]
-    judged = [result for result in results if result["session"]["category"] and result["classification"]]
+    judged = [
+        (session.session, session.session.category, session.classification)
+        for session in sorted(sessions, key=lambda session: session.session.name)
+        if session.session.category and session.classification
+    ]
     if len(judged) < FEWEST:
         return None
-    categories = dict.fromkeys(name for result in judged for name in result["classification"]["categories"])
+    categories = dict.fromkeys(name for _, _, found in judged for name in found.categories)
     names = (*(name for name in categories if name != UNKNOWN), UNKNOWN)
-    sessions, views = np.zeros((2, len(names), len(names)), np.int64)
+    fused, views = np.zeros((2, len(names), len(names)), np.int64)
     answers = []
-    for result in judged:
-        found, category = result["classification"], result["session"]["category"]
-        truth = category if category in found["categories"] else UNKNOWN
-        row, answer = names.index(truth), _answer(found)
-        sessions[row, names.index(answer)] += 1
-        for view in found["views"]:
-            views[row, names.index(_answer(view))] += 1
-        answers.append(
-            Answer(
-                result["session"]["name"], category, answer, found["likeliest"], found["probability"], answer == truth
-            )
-        )
-    return Confusion(names, sessions, views, tuple(answers))
+    for facts, category, found in judged:
+        truth = category if category in found.categories else UNKNOWN
+        row = names.index(truth)
+        fused[row, names.index(found.answer)] += 1
+        for view in found.views:
+            views[row, names.index(view.answer)] += 1
+        right = found.answer == truth
+        answers.append(Answer(facts.name, category, found.answer, found.likeliest, found.probability, right))
+    return Confusion(names, fused, views, tuple(answers))
 
 
 def tabulate(found: Confusion) -> list[tuple[str, str, str, str]]:
@@ -84,7 +82,3 @@ def write_csv(path: Path, found: Confusion) -> None:
         table.writerow(("counted", "true", *found.names))
         for counted, counts in (("recordings", found.sessions), ("views", found.views)):
             table.writerows((counted, name, *row) for name, row in zip(found.names, counts.tolist(), strict=True))
-
-
-def _answer(found: Mapping[str, Any]) -> str:
-    return found["category"] if found["known"] else UNKNOWN

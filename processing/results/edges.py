@@ -1,4 +1,4 @@
-"""The edges of the joint refinement's graph: which one speaks for a view, which the others contradict, by how much."""
+"""The edges of the joint refinement's graph: which hold a view, which the others contradict, by how much."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitscan.processing.results.records import MethodResult, PairEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 
 
@@ -18,24 +19,15 @@ class Disagreement:
     metres: float  # at the centre of the overlap
 
 
-def strongest(pairs: Sequence[PairEstimate]) -> dict[int, PairEstimate]:
-    """Source view -> the pair that speaks for it: one that the others do not contradict, then the most confident."""
-    ranked = sorted(pairs, key=lambda pair: (pair.status == "inconsistent", bool(pair.freedoms), -pair.confidence))
-    chosen: dict[int, PairEstimate] = {}
-    for pair in ranked:
-        chosen.setdefault(pair.source, pair)
-    return chosen
-
-
 def count_edges(pairs: Sequence[PairEstimate]) -> Counter[int]:
     """View -> how many edges hold it, those left out not counted."""
-    return Counter(view for pair in pairs if pair.status != "inconsistent" for view in (pair.source, pair.target))
+    return Counter(view for pair in pairs if pair.status != Status.INCONSISTENT for view in (pair.source, pair.target))
 
 
 def left_out(found: MethodResult) -> list[tuple[PairEstimate, Disagreement | None]]:
     """The edges that the graph leaves out, and how far they disagree with it; None where it has no say there."""
     T_0 = {view.view: view.T_0_i for view in found.views if view.T_0_i is not None}
-    return [(pair, _disagreement(pair, T_0)) for pair in found.pairs if pair.status == "inconsistent"]
+    return [(pair, _disagreement(pair, T_0)) for pair in found.pairs if pair.status == Status.INCONSISTENT]
 
 
 def _disagreement(pair: PairEstimate, T_0: Mapping[int, np.ndarray]) -> Disagreement | None:

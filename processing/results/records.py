@@ -1,15 +1,49 @@
-"""What processing says: a ViewResult per view as soon as it is known, then one SessionResult. All frozen."""
+"""What processing says: a ViewResult per view as soon as it is known, then one SessionResult. All frozen.
+
+Those that results.json holds are read back from it as they were written, by pydantic, without what it leaves out.
+"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from typing import Any, Literal, Self
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from pydantic import (
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
+from orbitscan.processing.results.status import Method, Status
 from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.session import SessionInfo
 
-METHODS = ("icp", "ransac_icp", "pairwise", "refined")  # worst to best: the model is made by the last one run
+Array = Annotated[np.ndarray, PlainValidator(np.asarray), PlainSerializer(np.ndarray.tolist)]
+
+UNKNOWN = "unknown"  # what a model does not know, in place of a category
+
+
+class _ErrorsInline:
+    """A record whose errors stand in results.json among its own fields."""
+
+    @model_serializer(mode="wrap")
+    def _take_out(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content = handler(self)
+        return content | content.pop("errors")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _put_in(cls, content: Any) -> Any:
+        if not isinstance(content, Mapping):
+            return content
+        kind = cls.__dataclass_fields__["errors"].default_factory
+        names = {f.name for f in fields(kind)}
+        rest = {name: value for name, value in content.items() if name not in names}
+        return rest | {"errors": {name: content[name] for name in names}}
 
 
 @dataclass(frozen=True)
@@ -42,7 +76,7 @@ class Candidate:
     """
 
     start: str
-    status: str  # as it would be the pair's
+    status: Status  # as it would be the pair's
     score: float  # see `Judgement`; at most 1
 
 
@@ -51,8 +85,11 @@ class Freedom:
     """A motion that views cannot determine: a turn about an axis through a point, or a shift along it."""
 
     kind: Literal["turn", "shift"]
-    axis: np.ndarray  # (3,) unit
-    point: np.ndarray  # (3,) metres
+    axis: Array  # (3,) unit
+    point: Array  # (3,) metres
+
+
+Unobservable = Annotated[tuple[Freedom, ...], Field(alias="unobservable")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,22 +107,22 @@ class PairErrors:
 
 
 @dataclass(frozen=True, eq=False)
-class PairEstimate:
+class PairEstimate(_ErrorsInline):
     """The registration of a source view to a target view."""
 
     source: int  # recorded indices
     target: int
-    T_target_source: np.ndarray | None  # (4, 4), metres
-    status: str
+    T_target_source: Array | None  # (4, 4), metres
+    status: Status
     confidence: float
     evidence: Evidence
     candidates: tuple[Candidate, ...] = ()  # best first
     start: str | None = None  # the candidate that led to the pose; `step` where the user's knowledge settled it
     # (6, 6) of a turn [rad] about the centre, then a shift [m]; the inverse of the pose's covariance
-    information: np.ndarray | None = None
-    center: np.ndarray | None = None  # (3,) in the target's frame
-    freedoms: tuple[Freedom, ...] = ()  # in the target's frame
-    alternatives: tuple[np.ndarray, ...] = ()  # other T_target_source that explain the views as well
+    information: Annotated[Array | None, Field(exclude=True)] = None
+    center: Annotated[Array | None, Field(exclude=True)] = None  # (3,) in the target's frame
+    freedoms: Unobservable = ()  # in the target's frame
+    alternatives: tuple[Array, ...] = ()  # other T_target_source that explain the views as well
     errors: PairErrors = field(default_factory=PairErrors)
 
 
@@ -103,13 +140,14 @@ ERROR_NAMES = tuple(f.name for f in fields(ViewErrors))
 
 
 @dataclass(frozen=True, eq=False)
-class ViewEstimate:
+class ViewEstimate(_ErrorsInline):
     """Where a method places a view, in the frame of the first used view with enough points."""
 
     view: int
-    status: str
-    T_0_i: np.ndarray | None  # (4, 4), metres
+    status: Status
+    T_0_i: Array | None  # (4, 4), metres
     errors: ViewErrors = field(default_factory=ViewErrors)
+    pair: tuple[int, int] | None = None  # source and target of the pair that speaks for it; None where none does
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +181,11 @@ class ViewClassification:
     probabilities: Mapping[str, float]
     orientation: tuple[int, float] | None = None  # the run of the circle that is seen, and its probability
 
+    @property
+    def answer(self) -> str:
+        """The category, or UNKNOWN."""
+        return self.category or UNKNOWN
+
 
 @dataclass(frozen=True)
 class SessionClassification:
@@ -158,6 +201,11 @@ class SessionClassification:
     entropy: tuple[float, ...]  # of them, in nats
     views: tuple[ViewClassification, ...]
 
+    @property
+    def answer(self) -> str:
+        """The category, or UNKNOWN."""
+        return self.category or UNKNOWN
+
 
 @dataclass(frozen=True, eq=False)
 class ViewResult:
@@ -170,8 +218,8 @@ class ViewResult:
     colors: np.ndarray | None  # (N, 3) uint8
     keypoints: np.ndarray  # (K, 3)
     correspondences: Correspondences | None
-    pairs: Mapping[str, PairEstimate]  # by method; empty for the first view
-    poses: Mapping[str, ViewEstimate]  # by method
+    pairs: Mapping[Method, PairEstimate]  # empty for the first view
+    poses: Mapping[Method, ViewEstimate]
     seconds: Mapping[str, Mapping[str, float]]  # method -> stage -> seconds
     origin: int | None = None  # the recorded index of the view whose frame is {0}; None before there is one
     damage: str | None = None  # why the recorded cloud could not be read
@@ -213,20 +261,52 @@ class MethodResult:
     views: tuple[ViewEstimate, ...]
     pairs: tuple[PairEstimate, ...]
     loop_closed: bool = False
-    freedoms: tuple[Freedom, ...] = ()  # motions of views that nothing determines, in frame {0}
-    summary: Mapping[str, Any] = field(default_factory=dict)
+    freedoms: Unobservable = ()  # motions of views that nothing determines, in frame {0}
+    summary: Mapping[str, int | float | None] = field(default_factory=dict)  # see `summarize`
+
+    @classmethod
+    def of(cls, views: Sequence[ViewEstimate], pairs: Sequence[PairEstimate], origin: int | None, **rest: Any) -> Self:
+        """The result of views and pairs, each view with the pair that speaks for it, and its summary."""
+        speaking = speaking_pairs(pairs)
+        named = (
+            replace(view, pair=(speaking[view.view].source, speaking[view.view].target))
+            if view.view in speaking
+            else view
+            for view in views
+        )
+        return cls(tuple(named), tuple(pairs), summary=summarize(views, origin), **rest)
 
     @property
     def failed_views(self) -> int:
         """How many views were not placed with confidence."""
-        return sum(view.status != "ok" for view in self.views)
+        return sum(view.status != Status.OK for view in self.views)
+
+    @property
+    def placed(self) -> dict[int, np.ndarray]:
+        """View -> T_0_i (4, 4) of those that are ok, in the order of use."""
+        return {v.view: v.T_0_i for v in self.views if v.status == Status.OK and v.T_0_i is not None}
+
+    @cached_property
+    def speaking(self) -> dict[int, PairEstimate]:
+        """View -> the pair that speaks for it."""
+        pairs = {(pair.source, pair.target): pair for pair in self.pairs}
+        return {view.view: pairs[view.pair] for view in self.views if view.pair is not None}
+
+
+def speaking_pairs(pairs: Sequence[PairEstimate]) -> dict[int, PairEstimate]:
+    """Source view -> the pair that speaks for it: one that the others do not contradict, then the most confident."""
+    ranked = sorted(pairs, key=lambda p: (p.status == Status.INCONSISTENT, bool(p.freedoms), -p.confidence))
+    chosen: dict[int, PairEstimate] = {}
+    for pair in ranked:
+        chosen.setdefault(pair.source, pair)
+    return chosen
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
     """The merged object in frame {0}, outliers removed."""
 
-    method: str
+    method: Method
     points: np.ndarray  # (N, 3) float32
     colors: np.ndarray | None  # (N, 3) uint8
     removed: np.ndarray  # (R, 3) float32, the outliers
@@ -247,10 +327,42 @@ class TurntableDeviation:
 class Turntable:
     """What turned the object, or what the camera went round, in frame {0}."""
 
-    axis: np.ndarray  # (3,) unit; the camera goes round it by the right-hand rule
-    point: np.ndarray  # (3,) metres, on the axis
+    axis: Array  # (3,) unit; the camera goes round it by the right-hand rule
+    point: Array  # (3,) metres, on the axis
     step_deg: float  # from one recorded view to the next
     deviations: tuple[TurntableDeviation, ...]
+
+
+@dataclass(frozen=True)
+class Gap:
+    """An arc without a view, from one view to the next counterclockwise; `end_deg` may exceed 360."""
+
+    start_deg: float
+    end_deg: float
+    after: int  # the recorded index of the view it begins at
+    before: int
+
+
+@dataclass(frozen=True, eq=False)
+class Coverage:
+    """The azimuths of views about an axis that points up, counterclockwise seen from above; the first view's is 0."""
+
+    up: Array  # (3,) unit, in frame {0}
+    center: Array  # (3,) metres, on the axis
+    forward: Array  # (3,) unit, toward azimuth 0
+    azimuths_deg: Mapping[int, float]  # view -> 0 to 360
+    gaps: tuple[Gap, ...]  # the widest first
+
+    @property
+    def widest_deg(self) -> float:
+        """The largest angle between neighbours."""
+        angles = sorted(self.azimuths_deg.values())
+        return max(b - a for a, b in zip(angles, [*angles[1:], angles[0] + 360], strict=True))
+
+    def toward(self, azimuth_deg: np.ndarray) -> np.ndarray:
+        """Unit vectors (N, 3) from the axis toward azimuths (N,)."""
+        angle = np.radians(azimuth_deg)[:, None]
+        return np.cos(angle) * self.forward + np.sin(angle) * np.cross(self.up, self.forward)
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +374,7 @@ class SessionResult:
     view_names: tuple[str, ...]  # of the used views
     stamps_ns: tuple[int, ...]
     origin: int | None  # the recorded index of the view whose frame is {0}
-    reconstruction: Mapping[str, MethodResult]
+    reconstruction: Mapping[Method, MethodResult]  # worst to best
     model: Model | None
     turntable: Turntable | None
     seconds: Mapping[str, Any]  # as timings.json
@@ -271,6 +383,7 @@ class SessionResult:
     centroids: Mapping[int, Centroid]  # of the used views that have points, each in its own view's frame
     unreadable: Mapping[int, str] = field(default_factory=dict)  # view -> damage
     classification: SessionClassification | None = None  # None without a model, or without points
+    coverage: Coverage | None = None  # of the views that the best method places; None where it cannot be told
 
     @classmethod
     def of(cls, records: Sequence[ViewRecord], **rest: Any) -> Self:
@@ -285,9 +398,9 @@ class SessionResult:
         )
 
 
-def summarize(views: tuple[ViewEstimate, ...], origin: int | None) -> dict[str, Any]:
+def summarize(views: Sequence[ViewEstimate], origin: int | None) -> dict[str, int | float | None]:
     """Failed views, and last, largest and median of the errors, view {0} left out; null where no truth is known."""
-    summary: dict[str, Any] = {"failed_views": sum(view.status != "ok" for view in views)}
+    summary: dict[str, int | float | None] = {"failed_views": sum(view.status != Status.OK for view in views)}
     for name in ERROR_NAMES:
         values = [getattr(view.errors, name) for view in views if view.view != origin]
         known = [value for value in values if value is not None]

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from orbitscan.processing.results.records import METHODS, SessionResult, Turntable
+from orbitscan.processing.results.records import SessionResult, Turntable
+from orbitscan.processing.results.status import Method
 from orbitscan.recorder import mcap_file, poses
 from orbitscan.recorder.session import ESTIMATED, Session, SessionInfo, View
 
@@ -23,7 +24,7 @@ STEEP = 0.1  # sine of the angle to the vertical, below which looking forward te
 class Placement:
     """Where the best method run puts the views that are ok, in a frame that stands upright about the object."""
 
-    method: str
+    method: Method
     T_object_i: Mapping[int, np.ndarray]  # by recorded index, in the order of use
     stamps_ns: Mapping[int, int]  # of the capture; made up, a second apart, where those are not distinct
     made_up: bool  # whether the stamps are
@@ -37,13 +38,9 @@ def place(result: SessionResult) -> Placement | None:
     model = result.model
     if model is None:
         return None
-    method = next(name for name in reversed(METHODS) if name in result.reconstruction)
     T_object_0 = stand_upright(model.points, result.turntable, result.info.elevation_deg)
-    T_object_i = {
-        view.view: T_object_0 @ view.T_0_i
-        for view in result.reconstruction[method].views
-        if view.status == "ok" and view.T_0_i is not None
-    }
+    placed = result.reconstruction[model.method].placed
+    T_object_i = {view: T_object_0 @ T_0_i for view, T_0_i in placed.items()}
     stamps_ns = dict(zip(result.views_used, result.stamps_ns, strict=True))
     stamps_ns = {view: stamps_ns[view] for view in T_object_i}
     made_up = len(set(stamps_ns.values())) < len(stamps_ns)
@@ -51,7 +48,7 @@ def place(result: SessionResult) -> Placement | None:
         stamps_ns = {view: (number + 1) * 10**9 for number, view in enumerate(T_object_i)}
     points = poses.transform(T_object_0, model.points)
     left_out = len(result.views_used) - len(T_object_i)
-    return Placement(method, T_object_i, stamps_ns, made_up, left_out, points, model.colors is not None)
+    return Placement(model.method, T_object_i, stamps_ns, made_up, left_out, points, model.colors is not None)
 
 
 def stand_upright(points: np.ndarray, turntable: Turntable | None, elevation_deg: float | None) -> np.ndarray:
@@ -76,8 +73,8 @@ def registered(session: Session, placement: Placement) -> Session:
     """The placed views of a session with the estimated poses in place of the true ones.
 
     They keep names and stamps and are numbered anew, as a recording's views are; `source_poses` says that the poses
-    are estimates, by which method, and which recorded views these are, as `--views` takes them. Views are read from the
-    session when asked for.
+    are estimates, by which method, and which recorded views these are, as `select_views` reads them. Views are read
+    from the session when asked for.
     """
     recorded = tuple(placement.T_object_i)
 
@@ -108,7 +105,7 @@ def _describe(info: SessionInfo, placement: Placement, recorded: Sequence[int]) 
 
 
 def _select(views: Sequence[int]) -> str:
-    """The text with which `--views` selects these."""
+    """The text that selects these, as `select_views` reads it."""
     if list(views) == list(range(views[0], views[-1] + 1)):
         return f"{views[0]}:{views[-1] + 1}"
     return ",".join(map(str, views))

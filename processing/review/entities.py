@@ -9,25 +9,19 @@ import colorsys
 import numpy as np
 import rerun as rr
 
+from orbitscan.processing.results.status import Color, Method, Status
 from orbitscan.processing.timing import STAGES
 
 APPLICATION_ID = "orbitscan"
 VIEW_TIMELINE = "view"  # the recorded index
 STAMP_TIMELINE = "stamp"  # when the sensor took the view
 
-Color = tuple[int, int, int]
 
-# After Okabe and Ito: the colour-blind tell them apart. A contrast of 3:1 on white, on black, on the 3D background.
-METHOD_COLORS: dict[str, Color] = {
-    "icp": (208, 128, 0),
-    "ransac_icp": (70, 140, 225),
-    "pairwise": (0, 160, 112),
-    "refined": (204, 121, 167),
-}
+METHOD_COLORS: dict[str, Color] = {method: method.color for method in Method}
 CURVE_WIDTHS = {"icp": 4.0, "ransac_icp": 2.0, "pairwise": 2.0, "refined": 2.0}  # an equal curve shows beneath another
-GOOD_COLOR: Color = (0, 160, 112)
-BAD_COLOR: Color = (240, 90, 40)  # failed views, wrong matches, contradicted edges, outliers
-FREE_COLOR: Color = (240, 228, 66)  # motions that nothing determines, and the views they leave ambiguous
+GOOD_COLOR: Color = Status.OK.color
+BAD_COLOR: Color = Status.DIVERGED.color  # failed views, wrong matches, contradicted edges, outliers
+FREE_COLOR: Color = Status.AMBIGUOUS.color  # motions that nothing determines, and the views they leave ambiguous
 TURNTABLE_COLOR: Color = (110, 205, 240)
 GAP_COLOR: Color = (255, 170, 90)  # azimuths that no view covers
 TRUTH_COLOR: Color = (185, 185, 185)
@@ -117,9 +111,9 @@ def graph_path(view: int) -> str:
     return f"/graph/view_{view:03d}"
 
 
-def status_color(status: str) -> Color | None:
+def status_color(status: Status) -> Color | None:
     """The colour of what is not ok: one for a motion left free, another for all that fails; None for ok."""
-    return {"ok": None, "ambiguous": FREE_COLOR}.get(status, BAD_COLOR)
+    return None if status == Status.OK else status.color
 
 
 def error_field(quantity: str) -> str:

@@ -16,7 +16,8 @@ import rerun_cli
 from rerun.experimental import ViewerClient
 
 from orbitscan.processing.review.entities import VIEW_TIMELINE
-from orbitscan.recorder.exceptions import InvalidOption, MissingLibrary, UnreadableRecording, UnwritableOutput
+from orbitscan.recorder.atomic import whole_file
+from orbitscan.recorder.exceptions import InvalidOption, MissingLibrary, UnreadableRecording, UnwritableOutput, setting
 
 SIZE = "1920x1080"
 SECONDS_TO_START = 60.0  # a slow machine, with other work
@@ -57,20 +58,15 @@ def take_picture(recording: Path, picture: Path, size: str = SIZE, view: int | N
         raise UnwritableOutput(picture, "its folder does not exist", "make the folder, or name another")
     if view is not None:
         _check_view(recording, view)
-    part = picture.with_name(f"{picture.stem}.part.png")
-    try:
-        with open_viewer(recording, size) as viewer:
-            if view is not None:
-                viewer.set_time(VIEW_TIMELINE, sequence=view, play_state="paused")
-            time.sleep(SECONDS_OF_NOTICES)
-            viewer.save_screenshot(str(part.resolve()))
-            reports = find_reports(viewer)
-        part.replace(picture)
-    except OSError as error:  # the viewer's own, told over the connection, have a text alone
-        reason = error.strerror or str(error).splitlines()[0]
-        raise UnwritableOutput(picture, f"cannot be written ({reason})", "choose another place") from None
-    finally:
-        part.unlink(missing_ok=True)
+    with (
+        whole_file(picture, keep_suffix=True, failures=OSError) as part,
+        open_viewer(recording, size) as viewer,
+    ):
+        if view is not None:
+            viewer.set_time(VIEW_TIMELINE, sequence=view, play_state="paused")
+        time.sleep(SECONDS_OF_NOTICES)
+        viewer.save_screenshot(str(part.resolve()))
+        reports = find_reports(viewer)
     return reports
 
 
@@ -161,7 +157,7 @@ def _check_view(recording: Path, view: int) -> None:
         raise UnreadableRecording(recording, "no whole Rerun recording", _MAKE_AGAIN) from None
     if view not in views:
         remedy = f"there are {min(views)} to {max(views)}" if views else "leave it out: the recording has no views"
-        raise InvalidOption(f"--at {view}", "no such view in the recording", remedy)
+        raise InvalidOption(setting("at", view), "no such view in the recording", remedy)
 
 
 def _count_tabs(viewer: ViewerClient) -> int:

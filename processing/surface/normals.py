@@ -3,7 +3,7 @@
 import numpy as np
 
 from orbitscan.processing.kernels.eigen import symmetric_eigen
-from orbitscan.processing.kernels.grid import Cells, build
+from orbitscan.processing.kernels.grid import Grid, build
 from orbitscan.processing.kernels.moments import moments_around
 from orbitscan.recorder.kernels import kernel, over_slices
 
@@ -11,7 +11,7 @@ MIN_NEIGHBOURS = 3
 
 
 def estimate_normals(points: np.ndarray, radius: float, sensor_origin: np.ndarray | None) -> np.ndarray:
-    """Unit normals (N, 3) of points (N, 3); NaN where there are fewer than three neighbours.
+    """Estimate unit normals (N, 3) of points (N, 3); NaN where there are fewer than three neighbours.
 
     The neighbourhood is a ball [m] about each point. Normals face the sensor (3,), or away from the cloud's centroid
     where its place is unknown (None).
@@ -20,29 +20,18 @@ def estimate_normals(points: np.ndarray, radius: float, sensor_origin: np.ndarra
     away = sensor_origin is None
     towards = grid.points.mean(axis=0) if away else np.asarray(sensor_origin, dtype=np.float64)
     found, normals = np.empty_like(grid.points), np.empty_like(grid.points)
-    arguments = (grid.points, grid.cells, grid.low, grid.cell, float(radius), towards, away, found)
-    over_slices(_normals, len(points), *arguments)
+    over_slices(_fill_normals, len(points), grid, towards, away, found)
     normals[grid.order] = found
     return normals
 
 
 @kernel
-def _normals(
-    start: int,
-    stop: int,
-    points: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    radius: float,
-    towards: np.ndarray,
-    away: bool,
-    normals: np.ndarray,
-) -> None:
-    """Fill the rows [start, stop) of normals (N, 3)."""
+def _fill_normals(start: int, stop: int, grid: Grid, towards: np.ndarray, away: bool, normals: np.ndarray) -> None:
+    """Fill the rows [start, stop) of normals (N, 3); the grid's cell is the radius."""
+    points = grid.points
     sums, C, vectors = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for i in range(start, stop):
-        count = moments_around(points, cells, low, cell, i, radius, sums, C)
+        count = moments_around(grid, i, grid.cell, sums, C)
         if count < MIN_NEIGHBOURS:
             for k in range(3):
                 normals[i, k] = np.nan

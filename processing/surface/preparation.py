@@ -34,6 +34,9 @@ class Scale:
     diameter: float  # of the object as a view sees it [m]
 
 
+UNKNOWN_SCALE = Scale(np.nan, np.nan, np.nan, np.nan)  # of a scan without a view that has points enough
+
+
 @dataclass(frozen=True, eq=False)
 class Surfels:
     """Points on a surface, denoised by quadrics fitted to all points of the view (see `fit_quadrics`)."""
@@ -46,7 +49,7 @@ class Surfels:
         return len(self.points)
 
     def thinned(self, most: int) -> "Surfels":
-        """Every n-th of them, no more than so many; contiguous, so that kernels are compiled for one layout only."""
+        """Return every n-th surfel, `most` at most; contiguous, so that kernels are compiled for one layout only."""
         step = slice(None, None, max(1, -(-len(self) // most)))
         return Surfels(*map(np.ascontiguousarray, (self.points[step], self.normals[step], self.variances[step])))
 
@@ -66,10 +69,10 @@ class Surface:
 
 
 def choose_scale(views: Views, settings: SurfaceSettings) -> Scale | None:
-    """The median sizes of a few views over the whole session; None where no view has points enough."""
+    """Choose the median sizes of a few views over the whole session; None where no view has points enough."""
     step = max(1, len(views) // settings.scale_views)
-    facts = [_facts(views.load(index), settings) for index in views.indices[::step]]
-    facts = [f for f in facts if f] or [f for f in (_facts(view, settings) for view in views) if f]
+    some = [_measure(views.load(index), settings) for index in views.indices[::step]]
+    facts = [f for f in some if f] or [f for f in (_measure(view, settings) for view in views) if f]
     if not facts:
         return None
     sizes = np.median([(f.resolution, f.patch, f.noise, f.diameter) for f in facts], axis=0)
@@ -78,7 +81,7 @@ def choose_scale(views: Views, settings: SurfaceSettings) -> Scale | None:
     return Scale(working, patch, noise, diameter) if working > 0 else None
 
 
-def _facts(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
+def _measure(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
     points, _ = cloud.finite(view.points)
     return cloud.measure(points) if len(points) >= settings.min_points else None
 
@@ -86,14 +89,14 @@ def _facts(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
 def prepare(
     view: View, scale: Scale | None, sensor_origin: tuple[float, ...] | None, settings: SurfaceSettings
 ) -> Surface:
-    """The surface of a view at a scan's scale; normals face the sensor's origin (see `estimate_normals`).
+    """Prepare the surface of a view at a scan's scale; normals face the sensor's origin (see `estimate_normals`).
 
     Without normals and surfels where there are too few points, or no scale.
     """
     points, colors = cloud.finite(view.points, view.colors)
     origin = None if sensor_origin is None else np.array(sensor_origin, dtype=np.float64)
     working = grid.cell_means(points, scale.working) if scale else np.empty((0, 3))
-    if len(working) < settings.min_points:
+    if scale is None or len(working) < settings.min_points:
         nothing = Surfels(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
         return Surface(view.index, points, colors, working, np.full_like(working, np.nan), nothing, origin, False)
     normals = estimate_normals(working, settings.normal_radius * scale.working, origin)

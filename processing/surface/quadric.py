@@ -3,7 +3,7 @@
 import numpy as np
 
 from orbitscan.processing.kernels.cholesky import solve
-from orbitscan.processing.kernels.grid import Cells, build, rows_around
+from orbitscan.processing.kernels.grid import Grid, build, rows_around
 from orbitscan.recorder.kernels import kernel, over_slices
 
 TERMS = 6  # 1, x, y, x^2, x y, y^2
@@ -14,7 +14,7 @@ _RIDGE = 1e-6  # of the weights' sum: keeps points along a line solvable
 def fit_quadrics(
     points: np.ndarray, normals: np.ndarray, cloud: np.ndarray, radius: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(points (M, 3), unit normals (M, 3), variances (M,) [m^2]) of the surface of a cloud (N, 3) near points (M, 3).
+    """Fit quadrics to a cloud (N, 3) at points (M, 3): points (M, 3), unit normals (M, 3) and variances (M,) [m^2].
 
     In the tangent frame of each point, whose normal is known roughly, z = a + b x + c y + d x^2 + e x y + f y^2 is
     fitted to the cloud within the radius [m], weighed by (1 - (r / radius)^2)^2: the point moves along its normal onto
@@ -27,40 +27,24 @@ def fit_quadrics(
     fitted = np.array(points, dtype=np.float64)
     turned = np.array(normals, dtype=np.float64)
     variances = np.full(len(fitted), np.nan)
-    arguments = (grid.points, grid.cells, grid.low, grid.cell, float(radius), fitted, turned, variances)
-    over_slices(_fit, len(fitted), *arguments)
+    over_slices(_fit, len(fitted), grid, fitted, turned, variances)
     return fitted, turned, variances
 
 
 @kernel
-def _fit(
-    start: int,
-    stop: int,
-    cloud: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    radius: float,
-    points: np.ndarray,
-    normals: np.ndarray,
-    variances: np.ndarray,
-) -> None:
+def _fit(start: int, stop: int, grid: Grid, points: np.ndarray, normals: np.ndarray, variances: np.ndarray) -> None:
     """Overwrite points and normals [start, stop) by the quadrics', and fill their variances."""
     for i in range(start, stop):
-        variances[i] = _fit_one(cloud, cells, low, cell, radius, points[i], normals[i])
+        variances[i] = _fit_one(grid, points[i], normals[i])
 
 
 @kernel
-def _fit_one(
-    cloud: np.ndarray,
-    cells: Cells,
-    low: np.ndarray,
-    cell: float,
-    radius: float,
-    p: np.ndarray,
-    normal: np.ndarray,
-) -> float:
-    """The variance about the quadric at p (3,); p and normal (3,) are overwritten by the quadric's, unless NaN."""
+def _fit_one(grid: Grid, p: np.ndarray, normal: np.ndarray) -> float:
+    """Overwrite p and normal (3,) by the quadric's and return the variance [m^2] about it; NaN where there is none.
+
+    The grid holds the cloud; its cell is the radius.
+    """
+    cloud, radius = grid.points, grid.cell
     if np.isnan(normal[0]):
         return np.nan
     rows = np.empty((9, 2), np.int64)
@@ -69,7 +53,7 @@ def _fit_one(
     f = np.empty(TERMS)
     u, v = np.empty(3), np.empty(3)
     _fill_tangents(normal, u, v)
-    rows_around(cells, low, cell, p, rows)
+    rows_around(grid, p, rows)
     count, weights, squares = 0, 0.0, 0.0
     for r in range(9):
         for j in range(rows[r, 0], rows[r, 1]):

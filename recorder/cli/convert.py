@@ -2,24 +2,22 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from orbitscan.recorder.cli.output import Output, complain, place, tell_next, write
+from orbitscan.recorder.cli.output import Output, as_flags, complain, place, tell_next, write
 from orbitscan.recorder.console import progress
-from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnreadableCloud
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnreadableCloud, setting
 
 if TYPE_CHECKING:
-    from orbitscan.recorder.check import Finding
-    from orbitscan.recorder.session import Session, SessionInfo, View
+    from orbitscan.recorder.session import Session
 
 
 class Format(StrEnum):
-    """The formats of a capture."""
+    """The formats that a capture can have."""
 
     CLOUDS = "clouds"
     STANFORD = "stanford"
@@ -27,14 +25,14 @@ class Format(StrEnum):
 
 
 class Direction(StrEnum):
-    """What a pose maps to what."""
+    """From where to where a pose maps."""
 
     CAMERA_TO_OBJECT = "camera-to-object"
     OBJECT_TO_CAMERA = "object-to-camera"
 
 
 class Unit(StrEnum):
-    """Units of length."""
+    """The units of length that are known."""
 
     METRE = "m"
     CENTIMETRE = "cm"
@@ -44,14 +42,14 @@ class Unit(StrEnum):
 def convert(
     source: Annotated[Path, typer.Argument(help="A folder of clouds, a cloud, a .conf.", show_default=False)],
     output: Output,
-    format: Annotated[Format | None, typer.Option(help="Else recognised from the content.")] = None,
+    format: Annotated[Format | None, typer.Option(help="By default recognised from the content.")] = None,
     poses: Annotated[
-        Path | None, typer.Option(help="True poses: TUM, KITTI, 4x4 or JSON. Else the file that lies with the clouds.")
+        Path | None, typer.Option(help="True poses: TUM, KITTI, 4x4 or JSON. Default: the file beside the clouds.")
     ] = None,
     poses_are: Annotated[Direction | None, typer.Option(help="Default: camera-to-object.")] = None,
-    units: Annotated[Unit | None, typer.Option(help="Of the points and the poses. Default: m.")] = None,
-    pose_units: Annotated[Unit | None, typer.Option(help="Of the poses, where they differ.")] = None,
-    scale: Annotated[float | None, typer.Option(help="Times the units, in points and poses.")] = None,
+    units: Annotated[Unit | None, typer.Option(help="Units of the points and the poses. Default: m.")] = None,
+    pose_units: Annotated[Unit | None, typer.Option(help="Units of the poses, where they differ.")] = None,
+    scale: Annotated[float | None, typer.Option(help="A factor besides the units, of points and poses.")] = None,
     axes: Annotated[
         str | None, typer.Option(help="Where x, y, z of a cloud point: RDF (default), RUB, RFU, FLU, ...")
     ] = None,
@@ -62,12 +60,12 @@ def convert(
     ] = None,
     columns: Annotated[
         str | None,
-        typer.Option(metavar="X,Y,Z", help="Which named columns of a text file are x, y, z. Else recognised."),
+        typer.Option(metavar="X,Y,Z", help="Which named columns of a text file are x, y, z. By default recognised."),
     ] = None,
     category: Annotated[str | None, typer.Option(help="What the object is, such as coffee_mug.")] = None,
-    instance: Annotated[str | None, typer.Option(help="Which one of its category.")] = None,
+    instance: Annotated[str | None, typer.Option(help="Which instance of its category it is.")] = None,
     elevation: Annotated[
-        float | None, typer.Option(help="Degrees that the camera looks down; 0 where the frame is level.")
+        float | None, typer.Option(help="How many degrees the camera looks down; 0 where its frame is level.")
     ] = None,
     name: Annotated[str | None, typer.Option(help="The session's name. Default: that of the output or source.")] = None,
     categories_from_folders: Annotated[
@@ -93,8 +91,8 @@ def convert(
     """
     from orbitscan.recorder import mcap_file
     from orbitscan.recorder.check import check as find
+    from orbitscan.recorder.conversion import CaptureOptions
     from orbitscan.recorder.sources import open_capture
-    from orbitscan.recorder.sources.options import CaptureOptions
 
     options = CaptureOptions(
         format=format,
@@ -115,9 +113,8 @@ def convert(
     )
     sessions = open_capture(source, options)
     if output.suffix == ".mcap" and len(sessions) > 1:
-        raise InvalidOption(
-            f"-o {output}", f"{source} holds {len(sessions)} sessions", "give a folder, such as -o recordings"
-        )
+        problem = f"{source} holds {len(sessions)} sessions"
+        raise InvalidOption(setting("folder", output), problem, "give a folder, such as -o recordings")
     if categories_from_folders:
         failed = _record_collection(sessions, output)
         print(f"next: orbitscan train {output} -o model.pt")
@@ -136,65 +133,49 @@ def convert(
         for finding in find(mcap_file.read(path)):
             failed |= finding.severity == "problem"
             if finding.severity == "problem" or session.truth():
-                print(f"  {finding}")
+                print(f"  {finding.spelled(as_flags)}")
     tell_next(output)
     raise typer.Exit(1 if failed else 0)
 
 
 def _record_collection(sessions: Sequence["Session"], output: Path) -> bool:
-    """Whether something failed; prints what did, how many each category has, and which option mends them all."""
-    from orbitscan.recorder import mcap_file
+    """Whether something failed; prints what did, how many each category has, and which settings mend them all."""
+    from orbitscan.recorder.check import check_together
+    from orbitscan.recorder.sources.category_folders import record
 
     recorded = []
-    for session in progress(sessions, len(sessions), "Converting"):
-        path, session = place(session, output, None)
-        try:
-            mcap_file.write(session, path)
-        except UnreadableCloud as error:
-            complain(error)
-            continue
-        recorded.append((path, session.info))
-    counts = sorted(Counter(info.category for _, info in recorded).items())
+    placed = (place(session, output, None) for session in sessions)
+    for result in progress(record(placed), len(sessions), "Converting"):
+        if isinstance(result, UnreadableCloud):
+            complain(result)
+        else:
+            recorded.append(result)
+    counts = sorted(Counter(session.info.category for session in recorded).items())
     each = ", ".join(f"{category} {count}" for category, count in counts)
     print(f"{output}: {len(recorded)} recordings" + (f" ({each})" if each else ""))
-    findings = _check_as_one(recorded)
+    findings = check_together(recorded)
     for finding in findings:
-        print(f"  {finding}")
+        print(f"  {finding.spelled(as_flags)}")
     return len(recorded) < len(sessions) or bool(findings)
 
 
-def _check_as_one(recorded: Sequence[tuple[Path, "SessionInfo"]]) -> list["Finding"]:
-    """What an option of `convert` would mend in recordings of a view each: axes and sizes are those of most."""
-    from orbitscan.recorder import mcap_file
-    from orbitscan.recorder.check import check as find
-    from orbitscan.recorder.session import Session
-
-    if not recorded:
-        return []
-
-    def load(index: int) -> "View":
-        return replace(mcap_file.read(recorded[index][0]).load(0), index=index)
-
-    names = tuple(info.name for _, info in recorded)
-    findings = find(Session(replace(recorded[0][1], views=len(names)), names, load))
-    return [finding for finding in findings if finding.severity == "problem" and "--" in finding.remedy]
-
-
 def parse_columns(text: str | None) -> tuple[str, str, str] | None:
-    """The three names of `--columns`. Raises InvalidOption."""
+    """The three names of columns in a text with commas; None for None. Raises InvalidOption."""
     if text is None:
         return None
     names = [name.strip() for name in text.split(",")]
     if len(set(names)) != 3 or len(names) != 3 or "" in names:
-        raise InvalidOption(f"--columns {text}", "no three names", "write those of x, y and z, such as px,py,pz")
+        raise InvalidOption(setting("columns", text), "not three names", "write those of x, y and z, such as px,py,pz")
     return names[0], names[1], names[2]
 
 
 def _parse_origin(text: str | None) -> tuple[float, float, float] | Literal["unknown"] | None:
-    if text is None or text == "unknown":
-        return text
+    if text is None:
+        return None
+    if text == "unknown":
+        return "unknown"
     try:
         x, y, z = (float(word) for word in text.split(","))
     except ValueError:
-        raise InvalidOption(f"--sensor-origin {text}", "neither X,Y,Z nor 'unknown'", "write 0,0,0") from None
+        raise InvalidOption(setting("sensor_origin", text), "neither X,Y,Z nor 'unknown'", "write 0,0,0") from None
     return x, y, z

@@ -3,23 +3,42 @@
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from orbitscan.recorder.console import counter
-from orbitscan.recorder.exceptions import InvalidOption, ScanError
+from orbitscan.recorder.exceptions import InvalidOption, ScanError, Values, setting
 
 if TYPE_CHECKING:
-    from orbitscan.recorder.session import Session
+    from orbitscan.recorder.session import Session, View
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="A recording X.mcap, or a folder for NAME.mcap.")]
+_FLAGS = {  # settings whose option has another name
+    "folder": "-o",
+    "results": "-o",
+    "place": "place with -o",
+    "elevation_deg": "--elevation",
+}
+
+
+def as_flags(settings: Values) -> str:
+    """Settings as the command line writes them: `--units mm --columns px,py,pz --live`."""
+    return " ".join(_flag(_FLAGS.get(name, f"--{name.replace('_', '-')}"), value) for name, value in settings.items())
+
+
+def _flag(flag: str, value: Any) -> str:
+    if value is None or value is True:
+        return flag
+    if isinstance(value, float):
+        return f"{flag} {value:g}"
+    return f"{flag} {','.join(map(str, value)) if isinstance(value, tuple) else value}"
 
 
 def place(session: "Session", output: Path, name: str | None) -> tuple[Path, "Session"]:
     """Where a session is written and what it is called there: as the file, where the user named one."""
     if name is not None and Path(name).name != name:
-        raise InvalidOption(f"--name {name}", "no name for a file", "give one without slashes")
+        raise InvalidOption(setting("name", name), "not a file name", "give one without slashes")
     if output.suffix == ".mcap":
         return output, replace(session, info=replace(session.info, name=name or output.stem))
     return output / f"{session.info.name}.mcap", session
@@ -30,7 +49,7 @@ def write(session: "Session", path: Path) -> None:
 
     with counter(len(session.names), path.name) as advance:
 
-        def load(index: int) -> object:
+        def load(index: int) -> "View":
             advance()
             return session.load(index)
 
@@ -46,4 +65,4 @@ def tell_next(output: Path) -> None:
 
 
 def complain(error: ScanError) -> None:
-    print(f"orbitscan: error: {error}", file=sys.stderr)
+    print(f"orbitscan: error: {error.spelled(as_flags)}", file=sys.stderr)

@@ -1,14 +1,13 @@
 """The command `simulate`: recordings of virtual objects."""
 
 from enum import StrEnum
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from orbitscan.recorder.cli.output import Output, place, tell_next, write
 from orbitscan.recorder.console import progress
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, Wording, setting
 
 
 class Sensor(StrEnum):
@@ -29,24 +28,26 @@ def simulate(
         ),
     ],
     output: Output,
-    instance: Annotated[int | None, typer.Option(help="Which one of the objects of this name. Default: 1.")] = None,
-    instances: Annotated[int | None, typer.Option(help="Of each category of a corpus. Default: the thesis's.")] = None,
+    instance: Annotated[int | None, typer.Option(help="Which instance of the object. Default: 1.")] = None,
+    instances: Annotated[
+        int | None, typer.Option(help="Instances of each category of a corpus. Default: the thesis's.")
+    ] = None,
     views: Annotated[int | None, typer.Option(help="Views in one turn. Default: 18; of a corpus 200.")] = None,
     every: Annotated[int, typer.Option(help="Record only each so many-th of these views.")] = 1,
     elevation: Annotated[
         float | None,
-        typer.Option(help="Of the camera above the object, in degrees. Default: 30; of a corpus 30, 45 and 60."),
+        typer.Option(help="The camera's angle above the object, in degrees. Default: 30; of a corpus 30, 45 and 60."),
     ] = None,
-    sensor: Annotated[Sensor | None, typer.Option(help="Default: gaussian; of a corpus kinect.")] = None,
+    sensor: Annotated[Sensor | None, typer.Option(help="The sensor. Default: gaussian; of a corpus kinect.")] = None,
     distance: Annotated[
         float | None,
-        typer.Option(help="Of the camera, in metres. Default: 1 (kinect 0.72), or 2.5 radii of a large object."),
+        typer.Option(help="The camera's distance, in metres. Default: 1 (kinect 0.72) or 2.5 radii of a large object."),
     ] = None,
-    focal: Annotated[float | None, typer.Option(help="Focal length, in pixels. Default: 525 (kinect 570).")] = None,
+    focal: Annotated[float | None, typer.Option(help="The focal length, in pixels. Default: 525 (kinect 570).")] = None,
     noise_mm: Annotated[
         float, typer.Option(help="Standard deviation of the depth at 1 m; grows with its square.")
     ] = 1.0,
-    seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
+    seed: Annotated[int, typer.Option(help="The seed of the noise.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Circles of a corpus recorded at the same time.")] = 1,
 ) -> None:
     """Scan an object or a mesh (metres) with a virtual depth camera; the poses are exact.
@@ -61,49 +62,32 @@ def simulate(
       orbitscan simulate coffee_mug -o mug.mcap --sensor kinect
       orbitscan simulate corpus -o corpus/ --every 10 --workers 4
     """
-    from orbitscan.recorder.session import DEFAULT_VIEWS
-    from orbitscan.recorder.simulation import camera
+    from dataclasses import replace
 
-    options = {"every": every, "distance": distance, "focal": focal, "noise_mm": noise_mm, "seed": seed}
-    if what in ("corpus", "others"):
-        for option, value in (("--instance", instance), ("--elevation", elevation)):
-            if value is not None:
-                raise InvalidOption(f"{option} {value:g}", f"is not for {what}", "leave it out, or name one object")
-        _record_corpus(what, output, instances, workers, views, sensor or Sensor.KINECT, options)
+    from orbitscan.recorder.simulation import camera, corpus, objects
+
+    of_many = what in ("corpus", "others")
+    said = {"views": views, "elevation_deg": elevation, "sensor": sensor, "distance": distance, "focal": focal}
+    given: dict[str, Any] = {name: value for name, value in said.items() if value is not None}
+    eye = corpus.CAMERA if of_many else camera.Camera()
+    eye = replace(eye, every=every, noise_mm=noise_mm, seed=seed, **given)
+    if not of_many:
+        if instances is not None:
+            remedy = Wording("name 'corpus', or use {instance}")
+            raise InvalidOption(setting("instances", instances), f"is not for {what}", remedy)
+        path, session = place(camera.simulate(what, 1 if instance is None else instance, eye), output, None)
+        write(session, path)
+        tell_next(output)
         return
-    if instances is not None:
-        raise InvalidOption(f"--instances {instances}", f"is not for {what}", "name 'corpus', or use --instance")
-    session = camera.simulate(
-        what,
-        instance=1 if instance is None else instance,
-        views=DEFAULT_VIEWS if views is None else views,
-        elevation_deg=30.0 if elevation is None else elevation,
-        sensor=sensor or Sensor.GAUSSIAN,
-        **options,
-    )
-    path, session = place(session, output, None)
-    write(session, path)
-    tell_next(output)
-
-
-def _record_corpus(
-    what: str,
-    folder: Path,
-    instances: int | None,
-    workers: int,
-    views: int | None,
-    sensor: Sensor,
-    options: dict[str, Any],
-) -> None:
-    from orbitscan.recorder.simulation import corpus, objects
-
+    for option, value in (("instance", instance), ("elevation", elevation)):
+        if value is not None:
+            raise InvalidOption(setting(option, value), f"is not for {what}", "leave it out, or name one object")
     if instances is not None and instances < 1:
-        raise InvalidOption(f"--instances {instances}", "a category has at least one", "give 1 or more")
+        raise InvalidOption(setting("instances", instances), "a category has at least one", "give 1 or more")
     table = corpus.INSTANCES if what == "corpus" else dict.fromkeys(objects.OTHERS, corpus.OTHER_INSTANCES)
     circles = corpus.plan({name: instances or count for name, count in table.items()})
-    camera = corpus.Camera(views=corpus.DEFAULT_VIEWS if views is None else views, sensor=sensor, **options)
-    recorded = list(progress(corpus.record_all(circles, folder, camera, workers), len(circles), "Recording"))
+    recorded = list(progress(corpus.record_all(circles, output, eye, workers), len(circles), "Recording"))
     kept = sum(circle.kept for circle in recorded)
     total = sum(circle.views for circle in recorded)
-    print(f"{folder}: {len(recorded)} recordings, {total:,} views" + (f"; {kept} were there already" if kept else ""))
-    print(f"next: orbitscan train {folder} -o model.pt")
+    print(f"{output}: {len(recorded)} recordings, {total:,} views" + (f"; {kept} were there already" if kept else ""))
+    print(f"next: orbitscan train {output} -o model.pt")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
+from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud, Wording, setting
 from orbitscan.recorder.formats import pcd, ply
 from orbitscan.recorder.formats.point_table import RGB_FIELDS, read_numbers, split_columns
 
@@ -28,14 +28,14 @@ def read(path: Path, columns: Columns | None = None) -> tuple[np.ndarray, np.nda
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise UnreadableCloud(path, "no cloud format that is known", f"give one of {' '.join(READERS)}")
+        raise UnreadableCloud(path, "not a known cloud format", f"give one of {' '.join(READERS)}")
     try:
         if path.stat().st_size == 0:
             raise UnreadableCloud(path, "the file is empty", _REMEDY)
         if reader is _read_text:
             return _read_text(path, columns)
         if columns is not None:
-            raise InvalidOption(f"--columns {','.join(columns)}", f"{path} is no text file", "leave it out")
+            raise InvalidOption(setting("columns", columns), f"{path} is no text file", "leave it out")
         return reader(path)
     except OSError as error:
         raise UnreadableCloud(path, f"cannot be read ({error.strerror or error})", "check the file") from None
@@ -69,16 +69,18 @@ def _choose_axes(path: Path, names: list[str], chosen: Columns | None) -> Column
     if chosen is not None:
         if missing := [name for name in chosen if name.lower() not in names]:
             there = f"no column {missing[0]} among {', '.join(names)}" if names else "no line of column names"
-            raise InvalidOption(f"--columns {','.join(chosen)}", f"{path} has {there}", "name three that are there")
-        return tuple(name.lower() for name in chosen)
+            raise InvalidOption(setting("columns", chosen), f"{path} has {there}", "name three that are there")
+        x, y, z = (name.lower() for name in chosen)
+        return x, y, z
     if {"x", "y", "z"} <= set(names):
         return "x", "y", "z"
     parts = [(name[:i], name[i + 1 :]) for name in names for i, letter in enumerate(name) if letter == "x"]
-    triples = [tuple(f"{before}{axis}{after}" for axis in "xyz") for before, after in parts if before not in _NORMALS]
+    parts = [(before, after) for before, after in parts if before not in _NORMALS]
+    triples = [(f"{before}x{after}", f"{before}y{after}", f"{before}z{after}") for before, after in parts]
     found = [triple for triple in dict.fromkeys(triples) if set(triple) <= set(names)]
     if len(found) > 1:
         several = " and ".join(",".join(triple) for triple in found)
-        raise InvalidOption(path, f"may hold its points in {several}", f"pass --columns {','.join(found[0])}")
+        raise InvalidOption(path, f"may hold its points in {several}", Wording("pass {columns}", columns=found[0]))
     return found[0] if found else None
 
 

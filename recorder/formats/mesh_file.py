@@ -41,6 +41,8 @@ def _load(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     vertices = np.concatenate([np.empty((0, 3)), *(part.vertices for part in parts)])
     triangles = [part.faces + start for part, start in zip(parts, starts[:-1], strict=True)]
-    painted = bool(parts) and all(part.visual.kind == "vertex" for part in parts)
-    colors = np.concatenate([part.visual.vertex_colors[:, :3] for part in parts]) if painted else None
+    visuals = [part.visual for part in parts]
+    painted = [v for v in visuals if isinstance(v, trimesh.visual.ColorVisuals) and v.kind == "vertex"]
+    whole = bool(parts) and len(painted) == len(parts)
+    colors = np.concatenate([visual.vertex_colors[:, :3] for visual in painted]) if whole else None
     return vertices, np.concatenate([np.empty((0, 3), np.int64), *triangles]), colors

@@ -6,7 +6,7 @@ from typing import IO
 
 import numpy as np
 
-from orbitscan.recorder.formats.point_table import read_bytes, read_lines, split_fields
+from orbitscan.recorder.formats.point_table import field_names, read_bytes, read_lines, split_fields
 
 _TYPES = {"F": "f", "I": "i", "U": "u"}
 
@@ -65,7 +65,7 @@ def _read_compressed(stream: IO[bytes], layout: np.dtype, count: int) -> np.ndar
         raise ValueError(f"{size} bytes for {count} points of {layout.itemsize}")
     data = _decompress_lzf(stream.read(packed_size), size)
     table, start = np.zeros(count, layout), 0
-    for name in layout.names:
+    for name in field_names(layout):
         table[name] = np.frombuffer(data, layout[name], count, start)
         start += count * layout[name].itemsize
     return table

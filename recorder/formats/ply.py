@@ -6,7 +6,7 @@ from typing import IO
 
 import numpy as np
 
-from orbitscan.recorder.formats.point_table import RGB_FIELDS, read_bytes, read_lines, split_fields
+from orbitscan.recorder.formats.point_table import RGB_FIELDS, field_names, read_bytes, read_lines, split_fields
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
@@ -14,6 +14,8 @@ _TYPES = {
     "float": "f4", "double": "f8", "float32": "f4", "float64": "f8",
 }  # fmt: skip
 _ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+_Element = tuple[str, int, list[tuple[str, str | None]]]  # name, count, fields with their type; None for a list
 
 
 def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
@@ -24,7 +26,9 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         order, elements = _read_header(stream)
         for name, count, fields in elements:
             has_lists = any(kind is None for _, kind in fields)
-            layout = None if has_lists else np.dtype([(field, order + kind) for field, kind in fields])
+            layout = (
+                None if has_lists else np.dtype([(field, order + kind) for field, kind in fields if kind is not None])
+            )
             if name == "vertex":
                 if layout is None:
                     raise ValueError("its vertices hold lists")
@@ -49,10 +53,11 @@ def write(
     table = np.empty(len(points), layout)
     for i, axis in enumerate("xyz"):
         table[axis] = points[:, i]
-    for i, channel in enumerate(RGB_FIELDS[0] if colors is not None else ()):
-        table[channel] = colors[:, i]
+    if colors is not None:
+        for i, channel in enumerate(RGB_FIELDS[0]):
+            table[channel] = colors[:, i]
     words = {"f": "float", "u": "uchar"}
-    fields = [f"property {words[layout[name].kind]} {name}" for name in layout.names]
+    fields = [f"property {words[layout[name].kind]} {name}" for name in field_names(layout)]
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}", *fields]
     faces = b""
     if triangles is not None:
@@ -63,9 +68,10 @@ def write(
     path.write_bytes("\n".join([*header, "end_header", ""]).encode("ascii") + table.tobytes() + faces)
 
 
-def _read_header(stream: IO[bytes]) -> tuple[str, list[tuple[str, int, list[tuple[str, str | None]]]]]:
+def _read_header(stream: IO[bytes]) -> tuple[str, list[_Element]]:
     """The byte order ('=' for text) and the elements: name, count, fields with their type (None for a list)."""
-    order, elements = "", []
+    order = ""
+    elements: list[_Element] = []
     for line in iter(lambda: stream.readline(4096), b""):
         match line.decode("ascii", "replace").split():
             case ["format", kind, *_] if kind in _ORDERS:

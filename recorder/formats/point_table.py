@@ -2,8 +2,8 @@
 
 import os
 from collections.abc import Iterable
-from itertools import islice
-from typing import IO
+from itertools import chain, islice
+from typing import IO, AnyStr
 
 import numpy as np
 
@@ -11,9 +11,14 @@ RGB_FIELDS = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffus
 PACKED_RGB_FIELDS = ("rgb", "rgba")  # 0x00RRGGBB in four bytes, as PCL packs them
 
 
+def field_names(layout: np.dtype) -> tuple[str, ...]:
+    """The names of a layout's fields; none where it has no fields."""
+    return layout.names or ()
+
+
 def read_lines(lines: Iterable[bytes], layout: np.dtype, count: int) -> np.ndarray:
     """Up to `count` records written as text, a line each; columns beyond the layout are left out."""
-    names = layout.names
+    names = field_names(layout)
     numbers = read_numbers(islice(lines, count), list(range(len(names))))
     table = np.zeros(len(numbers), layout)
     with np.errstate(invalid="ignore"):  # a NaN among whole numbers
@@ -22,22 +27,17 @@ def read_lines(lines: Iterable[bytes], layout: np.dtype, count: int) -> np.ndarr
     return table
 
 
-def read_numbers(lines: Iterable[bytes | str], columns: list[int], separator: str | None = None) -> np.ndarray:
-    """The numbers (N, C) in columns of text; a line of blanks is left out."""
+def read_numbers(lines: Iterable[AnyStr], columns: list[int], separator: str | None = None) -> np.ndarray:
+    """The numbers (N, C) in these columns of lines of text; blank lines are left out. Raises ValueError."""
     filled = (line for line in lines if line.strip())
     first = next(filled, None)
     if first is None:
         return np.empty((0, len(columns)))
-    return np.loadtxt(_chain(first, filled), comments=None, delimiter=separator, usecols=columns, ndmin=2)
-
-
-def _chain(first: bytes | str, rest: Iterable[bytes | str]) -> Iterable[bytes | str]:
-    yield first
-    yield from rest
+    return np.loadtxt(chain([first], filled), comments=None, delimiter=separator, usecols=columns, ndmin=2)
 
 
 def read_bytes(stream: IO[bytes], layout: np.dtype, count: int) -> np.ndarray:
-    """Up to `count` whole records."""
+    """A table of the next `count` records of a stream, or of as many whole ones as are left."""
     size = os.fstat(stream.fileno()).st_size  # a damaged count may be larger than any memory
     data = stream.read(min(count * layout.itemsize, size))
     return np.frombuffer(data, layout, len(data) // layout.itemsize)
@@ -50,15 +50,16 @@ def split_fields(table: np.ndarray, declared: int) -> tuple[np.ndarray, np.ndarr
     """
     if len(table) < declared:
         raise ValueError(f"it is cut: {len(table):,} of the {declared:,} points it declares")
-    if not {"x", "y", "z"} <= set(table.dtype.names):
-        raise ValueError(f"no x y z among its fields {' '.join(table.dtype.names)}")
+    names = field_names(table.dtype)
+    if not {"x", "y", "z"} <= set(names):
+        raise ValueError(f"no x y z among its fields {' '.join(names)}")
     points = np.stack([table[axis] for axis in "xyz"], axis=1)
     for packed in PACKED_RGB_FIELDS:
-        if packed in table.dtype.names and table.dtype[packed].itemsize == 4:
+        if packed in names and table.dtype[packed].itemsize == 4:
             bits = np.ascontiguousarray(table[packed]).view(np.uint32)
             return points, np.stack([(bits >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)], axis=1)
     for channels in RGB_FIELDS:
-        if set(channels) <= set(table.dtype.names):
+        if set(channels) <= set(names):
             return points, np.stack([_to_byte(table[channel]) for channel in channels], axis=1)
     return points, None
 

@@ -9,7 +9,7 @@ import numpy as np
 from natsort import natsorted
 
 from orbitscan.recorder import poses
-from orbitscan.recorder.exceptions import InvalidPose
+from orbitscan.recorder.exceptions import InvalidPose, Wording
 
 _SHAPES = "TUM (stamp x y z qx qy qz qw), KITTI (12 numbers a line), 4x4 (16 numbers a line, or 4 lines of 4) or JSON"
 _NAMES = ("pose", "traj", "truth", "extrinsic", "transform")
@@ -45,7 +45,7 @@ def read(path: Path) -> PoseFile:
     try:
         text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
-        raise InvalidPose(path, f"cannot be read ({error.strerror})", "check --poses") from None
+        raise InvalidPose(path, f"cannot be read ({error.strerror})", Wording("check {poses}")) from None
     if path.suffix.lower() == ".json" or text.lstrip().startswith(("{", "[")):
         return _read_json(path, text)
     return _read_lines(path, text)
@@ -69,7 +69,7 @@ def _read_json(path: Path, text: str) -> PoseFile:
 
 
 def _motion(numbers: Any, subject: str) -> np.ndarray | None:
-    """(4, 4) of 16 or 12 numbers in whatever nesting."""
+    """The 4x4 motion of 16 or 12 numbers in whatever nesting; None for None. Raises InvalidPose."""
     if numbers is None:
         return None
     try:

@@ -90,8 +90,9 @@ def read_index(data: mmap.mmap, summary: Summary) -> Contents | None:
     ):
         return None
     encodings = {channel.topic: channel.message_encoding for channel in summary.channels.values()}
-    places = ({i: Place(offset) for i, offset in enumerate(offsets)} for offsets in (clouds, poses))
-    return Contents(encodings, metadata, *places, numbered=True, ours=True)
+    cloud_places = {i: Place(offset) for i, offset in enumerate(clouds)}
+    pose_places = {i: Place(offset) for i, offset in enumerate(poses)}
+    return Contents(encodings, metadata, cloud_places, pose_places, numbered=True, ours=True)
 
 
 def fits(data: mmap.mmap, summary: Summary) -> bool:

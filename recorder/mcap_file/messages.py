@@ -53,9 +53,9 @@ def cloud_message(view: View) -> PointCloud:
     message.timestamp.FromNanoseconds(view.stamp_ns)
     message.pose.position.SetInParent()
     message.pose.orientation.w = 1.0
-    for name in layout.names:
+    for name, (_, offset, *_) in (layout.fields or {}).items():
         kind = PackedElementField.FLOAT32 if name in "xyz" else PackedElementField.UINT8
-        message.fields.add(name=name, offset=layout.fields[name][1], type=kind)
+        message.fields.add(name=name, offset=offset, type=kind)
     return message
 
 
@@ -87,7 +87,7 @@ def decode_cloud(message: Message, index: int, name: str) -> View:
     packed = np.frombuffer(cloud.data, layout)
     with np.errstate(over="ignore"):  # what is too far for float32 is infinitely far
         points = np.stack([packed[axis].astype(np.float32) for axis in "xyz"], axis=1)
-    colored = {"red", "green", "blue"} <= set(layout.names)
+    colored = {"red", "green", "blue"} <= set(layout.names or ())
     colors = np.stack([packed[c] for c in ("red", "green", "blue")], axis=1).astype(np.uint8) if colored else None
     stamp_ns = message.log_time if message.log_time < 2**63 else (index + 1) * 10**9  # no time after the year 2262
     return View(index, name, stamp_ns, points, colors)

@@ -7,11 +7,12 @@ holds one of its own, `crc32`. Recordings of format 1 have none, and are believe
 import zlib
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
+from typing import cast, get_args
 
 import numpy as np
 from mcap.records import Metadata
 
-from orbitscan.recorder.session import SessionInfo
+from orbitscan.recorder.session import Capture, SessionInfo
 
 FORMAT_VERSION = "2"  # 1 has no CRC in the metadata
 SESSION, VIEWS = "scan_session", "scan_views"  # names of the records
@@ -84,7 +85,8 @@ def describe(
     seen, told = max(views, default=-1) + 1, int(_number(raw.get("views")) or 0)
     count = max(seen, told) if told <= len(views) + LOST_AT_MOST else seen
     names = tuple(named.get(str(i), f"view_{i:03d}") for i in range(count))
-    origin = [_number(word) for word in raw.get("sensor_origin", "").split()]
+    words = raw.get("sensor_origin", "").split()
+    origin = [number for word in words if (number := _number(word)) is not None]
     capture = raw.get("capture", "unknown")
     info = SessionInfo(
         name=raw.get("name") or path.name.removesuffix(".part").removesuffix(".mcap"),
@@ -93,8 +95,8 @@ def describe(
         instance=raw.get("instance") or None,
         source=raw.get("source", ""),
         sensor=raw.get("sensor", ""),
-        capture=capture if capture in ("circle", "unordered") else "unknown",
-        sensor_origin=tuple(origin) if len(origin) == 3 and None not in origin else None,
+        capture=cast(Capture, capture) if capture in get_args(Capture) else "unknown",
+        sensor_origin=(origin[0], origin[1], origin[2]) if len(origin) == len(words) == 3 else None,
         source_axes=raw.get("source_axes", "RDF"),
         source_units=raw.get("source_units", "m"),
         source_poses=raw.get("source_poses", ""),

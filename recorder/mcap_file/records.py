@@ -5,6 +5,7 @@ import struct
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import IO, cast
 
 import lz4.frame
 import zstandard
@@ -45,7 +46,7 @@ class Implausible(ValueError):
 
 @dataclass(frozen=True)
 class Place:
-    """Where a message is: the chunk at an offset, and the how manieth of its messages."""
+    """Where a message is: the chunk at an offset, and which of its messages, counted from 0."""
 
     offset: int
     nth: int = 0
@@ -66,7 +67,7 @@ class Contents:
 
 @dataclass(frozen=True)
 class ChunkHead:
-    """What stands before a chunk's data."""
+    """The fields of a chunk record that stand before its data."""
 
     offset: int
     record_length: int
@@ -157,12 +158,12 @@ def read_message(data: mmap.mmap, place: Place, crc_needed: bool) -> Message:
 def read_metadata(data: mmap.mmap, start: int) -> tuple[Metadata, int]:
     """The metadata whose content starts there, by its inner lengths, and where it ends. Raises one of DAMAGE."""
     window = _Window(data, start)
-    return Metadata.read(ReadDataStream(window)), window.position
+    return Metadata.read(ReadDataStream(cast(IO[bytes], window))), window.position
 
 
 def read_channel(data: mmap.mmap, start: int) -> Channel:
     """The channel whose content starts there. Raises one of DAMAGE."""
-    return Channel.read(ReadDataStream(_Window(data, start)))
+    return Channel.read(ReadDataStream(cast(IO[bytes], _Window(data, start))))
 
 
 class _Window:

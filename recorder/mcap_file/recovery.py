@@ -68,7 +68,7 @@ class _Found:
 
 @dataclass
 class _Finder:
-    """What has been found so far."""
+    """Collects what a search through a damaged file has found so far."""
 
     data: mmap.mmap
     channels: dict[int, Channel]  # by a record with a CRC
@@ -100,7 +100,7 @@ class _Finder:
         self.waste += end - start
 
     def look_for_metadata(self, framing: Framing) -> None:
-        """Metadata of ours by their look."""
+        """Find our metadata records by the bytes they begin with, where no length leads to them."""
         for match in _METADATA_SIGNATURE.finditer(self.data):
             if not lies_in(match.start(), framing.attachments):
                 self.add_metadata(match.start())
@@ -109,7 +109,7 @@ class _Finder:
         self.failures = self.waste = 0
 
     def add_chunk(self, offset: int, crc_needed: bool) -> None:
-        """The messages of a chunk, if it is whole."""
+        """Take the messages of the chunk at an offset, if it is whole."""
         if self._is_hopeless():
             return
         size = 0
@@ -155,7 +155,7 @@ class _Finder:
         return self.failures > _FAILURES or self.waste > _WASTE + 2 * len(self.data)
 
     def topic(self, message: _Found) -> str | None:
-        """Told by a record with a CRC, else by the message's look, else by a record without."""
+        """A message's topic: by a channel record with a CRC, else by the content, else by a record without CRC."""
         channel, heard = self.channels.get(message.channel), self.hearsay.get(message.channel)
         return channel.topic if channel else message.looks_like or (heard.topic if heard else None)
 
@@ -189,7 +189,8 @@ def _number(found: _Finder, ours: bool, damaged: bool) -> tuple[dict[int, Place]
     if distinct:
         views = {number: view for view, number in enumerate(numbers)}
         return _by_number(clouds, views), _by_number(poses, views), False
-    return *({i: message.place for i, message in enumerate(kind)} for kind in (clouds, poses)), False
+    in_order = [{i: message.place for i, message in enumerate(kind)} for kind in (clouds, poses)]
+    return in_order[0], in_order[1], False
 
 
 def _by_number(messages: Iterable[_Found], views: Mapping[int, int] | None = None) -> dict[int, Place]:
@@ -213,6 +214,6 @@ def _tell_damage(
         what = "the file is damaged at its start"
     else:
         what = "parts of the file are damaged"
-    lost = {SESSION: "the facts of the session", VIEWS: "the names of the views"}
-    lost = [words for name, words in lost.items() if name not in metadata]
+    known = {SESSION: "the facts of the session", VIEWS: "the names of the views"}
+    lost = [words for name, words in known.items() if name not in metadata]
     return f"{what}; {' and '.join(lost)} are lost" if lost else what

@@ -1,14 +1,12 @@
 """Session -> .mcap: every message a chunk of its own, flushed, so that a writer that dies loses nothing it finished."""
 
-import contextlib
-import os
 from pathlib import Path
 from typing import Any
 
 from mcap.writer import CompressionType
 from mcap_protobuf.writer import Writer
 
-from orbitscan.recorder.exceptions import UnwritableOutput
+from orbitscan.recorder.atomic import whole_file
 from orbitscan.recorder.mcap_file.messages import POINTS_TOPIC, POSES_TOPIC, cloud_message, pose_message
 from orbitscan.recorder.mcap_file.metadata import SESSION, VIEWS, info_to_metadata, seal
 from orbitscan.recorder.session import Session
@@ -19,26 +17,8 @@ def write(session: Session, path: Path) -> None:
 
     While it grows it is called `<path>.part`, which `read` understands too.
     """
-    path = Path(path)
-    part = path.with_name(path.name + ".part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as stream:
-            _write(session, stream)
-            stream.flush()
-            os.fsync(stream.fileno())
-        part.replace(path)
-    except OSError as error:
-        _discard(part)
-        raise UnwritableOutput(path, f"cannot be written ({error.strerror})", "choose another place with -o") from None
-    except BaseException:
-        _discard(part)
-        raise
-
-
-def _discard(part: Path) -> None:
-    with contextlib.suppress(OSError):  # it may stand where nothing can: in a file, in a folder that is read-only
-        part.unlink()
+    with whole_file(Path(path), failures=OSError) as part, part.open("wb") as stream:
+        _write(session, stream)
 
 
 def _write(session: Session, stream: Any) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from orbitscan.recorder.kernels import is_kept, kernel, over_slices
 from orbitscan.recorder.mesh import Mesh
-from orbitscan.recorder.simulation.raycaster import Hits
+from orbitscan.recorder.simulation.raycasting import Hits
 
 _LEAF = 4  # triangles of a smallest box, at least
 _DEPTH = 64  # boxes that wait while a ray goes through another: more than the tree has levels
@@ -25,7 +25,7 @@ class BoxTree:
 
     def __init__(self, mesh: Mesh) -> None:
         if not is_kept(_follow):
-            logging.getLogger("orbitscan").warning("Compiling the raycaster: once on this machine, about 3 s ...")
+            logging.getLogger(__name__).warning("Compiling the raycaster: once on this machine, about 3 s ...")
         corners = mesh.vertices.astype(np.float32).astype(np.float64)[mesh.triangles]  # (T, 3, 3)
         low, high = corners.min(axis=1), corners.max(axis=1)
         self._order, self._starts = _halve((low + high) / 2)

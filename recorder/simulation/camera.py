@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from orbitscan.recorder import poses
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, Wording, setting
 from orbitscan.recorder.formats.mesh_file import read_mesh
 from orbitscan.recorder.session import DEFAULT_VIEWS, Session, SessionInfo, View
 from orbitscan.recorder.simulation import objects
@@ -23,106 +23,117 @@ DISTANCE = {"gaussian": 1.0, "kinect": 0.72}  # [m], of the camera where none is
 FOCAL = {"gaussian": 525.0, "kinect": 570.0}  # [pixels]
 
 
+@dataclass(frozen=True)
+class Camera:
+    """A depth camera on one turn around an object, whose bounding box's centre it looks at.
+
+    It goes in equal steps counterclockwise about z seen from above. The depth z has noise of
+    sigma = noise_mm (z / 1 m)^2, white or as the sensor makes it. Raises InvalidOption for what cannot be.
+    """
+
+    views: int = DEFAULT_VIEWS  # in the turn
+    every: int = 1  # of these, each n-th is recorded
+    elevation_deg: float = 30.0  # above the object
+    start_deg: float = 0.0  # azimuth of view 0, from the object's front, +x
+    sensor: Literal["gaussian", "kinect"] = "gaussian"
+    distance: float | None = None  # from the centre [m]; None: the sensor's, or 2.5 radii of a large object
+    focal: float | None = None  # [pixels]; None: the sensor's
+    noise_mm: float = 1.0
+    seed: int = 0
+    threads: int = 0  # that cast the rays; 0: all
+
+    def __post_init__(self) -> None:
+        distance, focal = 1.0 if self.distance is None else self.distance, 1.0 if self.focal is None else self.focal
+        for name, possible, problem, remedy in (
+            ("views", self.views >= 1, "a turn has at least one view", "give 1 or more"),
+            ("every", self.every >= 1, "not a step from view to view", "give 1 or more"),
+            ("elevation_deg", abs(self.elevation_deg) <= 90, "not an elevation", "give -90 to 90 degrees"),
+            ("sensor", self.sensor in FOCAL, "not a known sensor", f"give {' or '.join(FOCAL)}"),
+            ("distance", 0 < distance < math.inf, "not a distance", "give metres, or leave it out"),
+            ("focal", 0 < focal < math.inf, "not a focal length", "give pixels, such as 525"),
+            ("noise_mm", 0 <= self.noise_mm < math.inf, "not a standard deviation", "give 0 or more"),
+            ("seed", self.seed >= 0, "seeds are not negative", "give 0 or more"),
+        ):
+            if not possible:
+                raise InvalidOption(setting(name, getattr(self, name)), problem, remedy)
+
+    @property
+    def recorded_views(self) -> int:
+        """How many views are recorded."""
+        return len(range(0, self.views, self.every))
+
+
 def simulate(
-    what: str | Path,
-    *,
-    instance: int = 1,
-    views: int = DEFAULT_VIEWS,
-    elevation_deg: float = 30.0,
-    distance: float | None = None,
-    focal: float | None = None,
-    noise_mm: float = 1.0,
-    seed: int = 0,
-    sensor: Literal["gaussian", "kinect"] = "gaussian",
-    start_deg: float = 0.0,
-    every: int = 1,
-    name: str | None = None,
-    threads: int = 0,
+    what: str | Path, instance: int = 1, camera: Camera | None = None, *, name: str | None = None, **changes: Any
 ) -> Session:
     """One turn of a depth camera around an object of `objects` or a mesh file (STL, OBJ, PLY; metres, z up).
 
-    The camera looks at the centre of the object's bounding box from `distance` [m] (None: the sensor's, or 2.5 radii
-    of a large object), first from `start_deg` beside the front, +x, then in `views` equal steps counterclockwise about
-    z seen from above, of which each `every`-th is recorded. `focal` is in pixels; the depth z has noise of
-    sigma = noise_mm (z / 1 m)^2, white or as `sensor` makes it. Views are rendered when loaded, each from the seed and
-    its place in the turn alone (a Kinect's: and from the session's name); `threads` cast their rays (0: all).
-    Raises InvalidOption, and UnreadableCloud for a file that holds no mesh.
+    `changes` are fields of the camera, by name: `simulate("robot", views=9)`. Views are rendered when they are loaded,
+    each from the seed and its place in the turn alone (a Kinect's: and from the session's name). Raises InvalidOption,
+    and UnreadableCloud for a file that holds no mesh.
     """
+    camera = replace(camera or Camera(), **changes)
     what, path = str(what), Path(what)
     from_file = what not in objects.names() and bool(path.suffix or path.exists())
     mesh = read_mesh(path) if from_file else objects.build(what, instance)
     low, high = mesh.bounds
     center = (low + high) / 2
     radius = float(np.linalg.norm(mesh.vertices - center, axis=1).max())
-    distance = max(DISTANCE[sensor], 2.5 * radius) if distance is None else distance
-    focal = FOCAL[sensor] if focal is None else focal
-    _check_options(radius, views, every, elevation_deg, distance, focal, noise_mm, seed)
+    distance = max(DISTANCE[camera.sensor], 2.5 * radius) if camera.distance is None else camera.distance
+    focal = FOCAL[camera.sensor] if camera.focal is None else camera.focal
+    half_image = _half_image(radius, distance, focal)
     name = name or (path.stem if from_file else what if instance == 1 else f"{what}_{instance}")
-    if sensor == "kinect":
+    noise, seed = camera.noise_mm / 1000, camera.seed
+    key: tuple[int, ...]
+    device: DepthSensor
+    if camera.sensor == "kinect":
         if distance > Kinect.FAR:
-            problem = f"a Kinect sees nothing beyond {Kinect.FAR:g} m"
-            raise InvalidOption(f"--distance {distance:.3g}", problem, "give less, or --sensor gaussian")
+            subject = setting("distance", float(f"{distance:.3g}"))
+            remedy = Wording("give less, or {sensor}", sensor="gaussian")
+            raise InvalidOption(subject, f"a Kinect sees nothing beyond {Kinect.FAR:g} m", remedy)
         key = (seed, *name.encode())
-        model = f"virtual Kinect ({distance:.3g} m, {focal:g} pixels, {noise_mm:g} mm, seed {seed})"
-        device = Kinect.draw(np.random.default_rng(key), float(high[2] - low[2]), noise_mm / 1000)
+        model = f"virtual Kinect ({distance:.3g} m, {focal:g} pixels, {camera.noise_mm:g} mm, seed {seed})"
+        device = Kinect.draw(np.random.default_rng(key), float(high[2] - low[2]), noise)
     else:
-        key, model, device = (seed,), "virtual depth camera", GaussianSensor(noise_mm / 1000)
-    scene = Scene(mesh, threads)
-    orbit = _Orbit(
-        scene=scene,
-        center=center,
-        table=float(low[2]),
-        distance=distance,
-        elevation_deg=elevation_deg,
-        views=len(range(0, views, every)),
-        views_per_turn=views / every,
-        every=every,
-        focal=focal,
-        half_image=_half_image(radius, distance, focal),
-        sensor=device,
-        key=key,
-        start_deg=start_deg,
-    )
+        key, model, device = (seed,), "virtual depth camera", GaussianSensor(noise)
+    scene = Scene(mesh, camera.threads)
+    orbit = _Orbit(camera, scene, center, float(low[2]), distance, focal, half_image, device, key)
     info = SessionInfo(
         name=name,
-        views=orbit.views,
+        views=camera.recorded_views,
         category=None if from_file else what,
         instance=None if from_file else str(instance),
         source="virtual",
         sensor=f"{model}, rays cast by {scene.raycaster.name}",
         capture="circle",
-        elevation_deg=elevation_deg,
-        views_per_turn=orbit.views_per_turn,
+        elevation_deg=camera.elevation_deg,
+        views_per_turn=camera.views / camera.every,
     )
-    return Session(info, tuple(_name(i) for i in range(orbit.views)), orbit.view, orbit.truth)
+    return Session(info, tuple(_name(i) for i in range(camera.recorded_views)), orbit.view, orbit.truth)
 
 
 @dataclass(frozen=True, eq=False)
 class _Orbit:
     """A depth camera on its circle around a mesh."""
 
+    camera: Camera
     scene: Scene
     center: np.ndarray  # where the camera looks [m]
     table: float  # height of what the object stands on [m]
     distance: float  # from the centre to the camera [m]
-    elevation_deg: float
-    views: int
-    views_per_turn: float
-    every: int  # steps from view to view
     focal: float  # [pixels]
     half_image: int  # [pixels], of the bounding sphere's
     sensor: DepthSensor
     key: tuple[int, ...]  # of everything random
-    start_deg: float  # azimuth of view 0, from the front
 
     def truth(self) -> Mapping[int, np.ndarray]:
-        """T_object_camera of every view."""
-        return {i: self.pose(i) for i in range(self.views)}
+        """The true pose T_object_camera (4, 4) of every view."""
+        return {i: self.pose(i) for i in range(self.camera.recorded_views)}
 
     def pose(self, index: int) -> np.ndarray:
-        """T_object_camera: z towards the object's centre, x level."""
-        azimuth = math.radians(self.start_deg + 360 * index / self.views_per_turn)
-        elevation = math.radians(self.elevation_deg)
+        """The pose T_object_camera (4, 4) of a view: z points to the object's centre, x is level."""
+        azimuth = math.radians(self.camera.start_deg + 360 * index / (self.camera.views / self.camera.every))
+        elevation = math.radians(self.camera.elevation_deg)
         level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
         outward = math.cos(elevation) * level + (0, 0, math.sin(elevation))
         right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
@@ -133,7 +144,7 @@ class _Orbit:
     def view(self, index: int) -> View:
         """What the camera sees from its place on the circle."""
         T_object_camera = self.pose(index)
-        rng = np.random.default_rng([self.key[0], index * self.every, *self.key[1:]])
+        rng = np.random.default_rng([self.key[0], index * self.camera.every, *self.key[1:]])
         columns, rows = self._pixels(T_object_camera)
         x, y = np.meshgrid(columns, rows)
         shape = x.shape
@@ -177,38 +188,16 @@ def _name(index: int) -> str:
 
 
 def _half_image(radius: float, distance: float, focal: float) -> int:
-    """Half the side [pixels] of the image that holds the object's bounding sphere; 240 at most by default."""
-    return math.ceil(focal * radius / math.sqrt(distance**2 - radius**2))
+    """Half the side [pixels] of the image that holds the object's bounding sphere; 240 at most by default.
 
-
-def _check_options(
-    radius: float,
-    views: int,
-    every: int,
-    elevation_deg: float,
-    distance: float,
-    focal: float,
-    noise_mm: float,
-    seed: int,
-) -> None:
-    """Raise InvalidOption for the first value that makes no sense for an object of the radius."""
-    if views < 1:
-        raise InvalidOption(f"--views {views}", "a turn has at least one view", "give 1 or more")
-    if every < 1:
-        raise InvalidOption(f"--every {every}", "no step from view to view", "give 1 or more")
-    if not -90 <= elevation_deg <= 90:
-        raise InvalidOption(f"--elevation {elevation_deg:g}", "no angle above the horizon", "give -90 to 90 degrees")
-    if not math.isfinite(distance):
-        raise InvalidOption(f"--distance {distance:g}", "no distance", "give metres, or leave it out")
+    Raises InvalidOption where the camera would stand in that sphere, or the image would be too large.
+    """
     if distance <= radius:
         problem = f"the camera would stand inside the object, which reaches {radius:.3g} m from its centre"
-        raise InvalidOption(f"--distance {distance:g}", problem, "give more, or leave it out")
-    if not 0 < focal < math.inf:
-        raise InvalidOption(f"--focal {focal:g}", "no focal length", "give pixels, such as 525")
-    if not 0 <= noise_mm < math.inf:
-        raise InvalidOption(f"--noise-mm {noise_mm:g}", "no standard deviation", "give 0 or more")
-    if seed < 0:
-        raise InvalidOption(f"--seed {seed}", "seeds are not negative", "give 0 or more")
-    if (pixels := (2 * _half_image(radius, distance, focal)) ** 2) > MAX_PIXELS:
+        raise InvalidOption(setting("distance", distance), problem, "give more, or leave it out")
+    half = math.ceil(focal * radius / math.sqrt(distance**2 - radius**2))
+    if (pixels := (2 * half) ** 2) > MAX_PIXELS:
         problem = f"the object would fill an image of {pixels / 1e6:.0f} megapixels (at most {MAX_PIXELS / 1e6:.0f})"
-        raise InvalidOption(f"--focal {focal:g}", problem, "give a shorter --focal or a longer --distance")
+        remedy = Wording("give a shorter {focal} or a longer {distance}")
+        raise InvalidOption(setting("focal", focal), problem, remedy)
+    return half

@@ -1,37 +1,34 @@
 """The thesis's data from virtual objects: every instance on its circles, at three camera heights, before a Kinect."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
+from functools import partial
 from os import cpu_count
 from pathlib import Path
-from typing import Literal
 
 from orbitscan.recorder import mcap_file
-from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput
+from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput, Wording, setting
 from orbitscan.recorder.session import Session
-from orbitscan.recorder.simulation.camera import simulate
+from orbitscan.recorder.simulation.camera import Camera, simulate
+from orbitscan.recorder.sources.washington import ELEVATIONS_DEG, INSTANCES, RUNS
+from orbitscan.recorder.workers import as_ready
 
-INSTANCES = {  # thesis table 3.1; the last of each is the test instance
-    "apple": 5,
-    "bell_pepper": 6,
-    "bowl": 6,
-    "cap": 4,
-    "cell_phone": 5,
-    "coffee_mug": 8,
-    "dry_battery": 6,
-    "notebook": 5,
-    "pliers": 6,
-    "water_bottle": 10,
-}
+__all__ = [  # with the tables that it copies
+    "CAMERA",
+    "ELEVATIONS_DEG",
+    "INSTANCES",
+    "OTHER_INSTANCES",
+    "RUNS",
+    "Circle",
+    "Recorded",
+    "open_circle",
+    "plan",
+    "record",
+    "record_all",
+]
+
 OTHER_INSTANCES = 3  # of every other thing
-RUNS = {  # thesis table 3.2: into how many equal runs a circle is cut; 1 where it is not named
-    **dict.fromkeys(("cap", "cell_phone", "pliers"), 6),
-    **dict.fromkeys(("coffee_mug", "dry_battery", "notebook"), 4),
-}
-ELEVATIONS_DEG = {1: 30.0, 2: 45.0, 4: 60.0}  # of the camera, by the Washington dataset's number of the video
-DEFAULT_VIEWS = 200  # of a circle
+CAMERA = Camera(views=200, sensor="kinect")  # of every circle
 
 
 @dataclass(frozen=True)
@@ -44,32 +41,18 @@ class Circle:
 
     @property
     def name(self) -> str:
-        """As the Washington dataset names it."""
+        """The circle's name, as the Washington dataset would name it."""
         return f"{self.category}_{self.instance}_{self.video}"
 
     @property
     def start_deg(self) -> float:
-        """The front, minus half a run: a run means the same side in every instance."""
+        """The azimuth of the first view, half a run before the front: a run shows the same side of every instance."""
         return -180 / RUNS.get(self.category, 1)
 
 
 @dataclass(frozen=True)
-class Camera:
-    """How the circles are recorded; None: as `simulate` chooses for the sensor."""
-
-    views: int = DEFAULT_VIEWS
-    every: int = 1
-    sensor: Literal["gaussian", "kinect"] = "kinect"
-    distance: float | None = None
-    focal: float | None = None
-    noise_mm: float = 1.0
-    seed: int = 0
-    threads: int = 0
-
-
-@dataclass(frozen=True)
 class Recorded:
-    """A circle's recording."""
+    """What `record` made of a circle."""
 
     path: Path
     views: int
@@ -88,21 +71,8 @@ def plan(instances: Mapping[str, int]) -> tuple[Circle, ...]:
 
 def open_circle(circle: Circle, camera: Camera) -> Session:
     """The session of a circle; views are rendered when loaded. Raises InvalidOption."""
-    return simulate(
-        circle.category,
-        instance=circle.instance,
-        views=camera.views,
-        every=camera.every,
-        elevation_deg=ELEVATIONS_DEG[circle.video],
-        start_deg=circle.start_deg,
-        name=circle.name,
-        sensor=camera.sensor,
-        distance=camera.distance,
-        focal=camera.focal,
-        noise_mm=camera.noise_mm,
-        seed=camera.seed,
-        threads=camera.threads,
-    )
+    camera = replace(camera, elevation_deg=ELEVATIONS_DEG[circle.video], start_deg=circle.start_deg)
+    return simulate(circle.category, circle.instance, camera, name=circle.name)
 
 
 def record(circle: Circle, folder: Path, camera: Camera) -> Recorded:
@@ -116,7 +86,7 @@ def record(circle: Circle, folder: Path, camera: Camera) -> Recorded:
     if not kept:
         mcap_file.write(session, path)
     elif mcap_file.read(path).info != session.info:
-        raise UnwritableOutput(path, "was recorded with other options", "remove it, or choose another place with -o")
+        raise UnwritableOutput(path, "was recorded with other options", Wording("remove it, or choose another {place}"))
     return Recorded(path, session.info.views, kept)
 
 
@@ -127,17 +97,11 @@ def record_all(circles: Sequence[Circle], folder: Path, camera: Camera, workers:
     name ends in .mcap.
     """
     if folder.suffix == ".mcap":
-        raise InvalidOption(
-            f"-o {folder}", f"{len(circles)} recordings do not fit one file", "give a folder, such as -o corpus"
-        )
+        problem = f"{len(circles)} recordings do not fit one file"
+        raise InvalidOption(setting("folder", folder), problem, "give a folder, such as 'corpus'")
     if workers == 1:
         yield from (record(circle, folder, camera) for circle in circles)
         return
     camera = replace(camera, threads=max(1, (cpu_count() or 1) // workers))
-    # spawn: forked children hang in libraries that had already started threads
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        try:
-            pending = [pool.submit(record, circle, folder, camera) for circle in circles]
-            yield from (future.result() for future in as_completed(pending))
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    for _, recorded in as_ready(partial(record, folder=folder, camera=camera), circles, workers):
+        yield recorded.result()

@@ -16,7 +16,9 @@ KEPT_INCIDENCE_DEG, LOST_INCIDENCE_DEG = 65.0, 80.0
 class DepthSensor(Protocol):
     """What a virtual camera asks of its sensor; images are (H, W), depths in metres, NaN or inf where nothing is."""
 
-    margin: int | None  # pixels looked at around the object; None: the square of its bounding sphere
+    @property
+    def margin(self) -> int | None:
+        """Pixels looked at around the object; None: the square of its bounding sphere."""
 
     def shift(self, shape: tuple[int, int], rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray] | None:
         """How far [pixels] to the right and down of its own place each pixel looks; None: nowhere."""
@@ -36,7 +38,7 @@ class GaussianSensor:
     margin: int | None = None
 
     def shift(self, shape: tuple[int, int], rng: np.random.Generator) -> None:
-        """Every pixel looks where it should."""
+        """None: every pixel looks where it should."""
 
     def measure(self, depth: np.ndarray, cosine: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """The depths with noise; a draw for every pixel, hit or not: noise depends on nothing but the pixel."""
@@ -46,7 +48,7 @@ class GaussianSensor:
         return np.where(np.isfinite(depth) & (luck < _chance(cosine)), measured, np.nan)
 
     def table_cut(self, rng: np.random.Generator) -> float:
-        """There is no table."""
+        """Minus infinity: there is no table."""
         return -np.inf
 
 
@@ -90,11 +92,11 @@ class Kinect:
         return cls(noise, holes, min(cut, limit), limit)
 
     def shift(self, shape: tuple[int, int], rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """Smooth random shifts."""
+        """Smooth random shifts (H, W) [pixels] to the right and down."""
         return self.RAGGED * _smooth(shape, self.OUTLINE, rng), self.RAGGED * _smooth(shape, self.OUTLINE, rng)
 
     def measure(self, depth: np.ndarray, cosine: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """The quantised depths."""
+        """The measured depths (H, W) [m]: noisy, quantised, NaN where there is none."""
         from scipy.special import ndtr
 
         hit = np.isfinite(depth)
@@ -109,7 +111,7 @@ class Kinect:
         return np.where(seen, np.round(quantised, 3), np.nan)
 
     def table_cut(self, rng: np.random.Generator) -> float:
-        """The session's, a little different in every view."""
+        """The height [m] at which the session's views are cut, a little different in every view."""
         return float(np.clip(self.cut + self.CUT_JITTER * rng.standard_normal(), 0, self.cut_limit))
 
 
@@ -120,7 +122,7 @@ def _chance(cosine: np.ndarray) -> np.ndarray:
 
 
 def _smooth(shape: tuple[int, int], reach: float, rng: np.random.Generator) -> np.ndarray:
-    """(H, W) float32 normal deviates whose correlation falls with distance as exp(-d^2 / (2 reach^2))."""
+    """Random normal deviates (H, W), float32, whose correlation falls with distance as exp(-d^2 / (2 reach^2))."""
     sigma = reach / np.sqrt(2)
     rows, columns = (_kernel(length, sigma) for length in shape)
     white = rng.standard_normal((rows.shape[1], columns.shape[1]), dtype=np.float32)
@@ -136,12 +138,12 @@ def _kernel(length: int, sigma: float) -> np.ndarray:
 
 
 def _highest(values: np.ndarray) -> np.ndarray:
-    """(H, W): the highest of each pixel's and its four neighbours'; outside the image is 0."""
+    """Values (H, W), each the highest of each pixel's and its four neighbours'; outside the image is 0."""
     padded = np.pad(values, 1)
     neighbours = padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]
     return np.maximum.reduce([values, *neighbours])
 
 
 def _edges(hit: np.ndarray, depth: np.ndarray, jump: float = 0.01) -> np.ndarray:
-    """(H, W) bool: hits beside which nothing is, or something deeper by more than a jump [m]; none at the border."""
+    """Which pixels (H, W) are hits beside which nothing is, or something deeper by more than `jump` [m]."""
     return hit & (_highest(np.where(hit, depth, np.inf)) > depth + jump)

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from orbitscan.recorder.exceptions import UnknownFormat
+from orbitscan.recorder.conversion import CaptureOptions
+from orbitscan.recorder.exceptions import UnknownFormat, Wording, setting
 from orbitscan.recorder.formats import pose_file
 from orbitscan.recorder.session import Session
 from orbitscan.recorder.sources import category_folders, clouds, stanford, washington
-from orbitscan.recorder.sources.options import CaptureOptions
 
 FORMATS = {"clouds": clouds, "stanford": stanford, "washington": washington}
 _CHOICES = (
@@ -30,7 +30,7 @@ def open_capture(path: Path, options: CaptureOptions | None = None) -> list[Sess
     if not path.exists():
         raise UnknownFormat(path, "no such file or folder", _CHOICES)
     if options.format is not None and options.format not in FORMATS:
-        raise UnknownFormat(f"--format {options.format}", "no format that is known", f"give {', '.join(FORMATS)}")
+        raise UnknownFormat(setting("format", options.format), "not a known format", f"give {', '.join(FORMATS)}")
     if options.categories_from_folders and options.format in (None, "clouds"):
         return category_folders.sessions(path, options)
     return FORMATS[options.format or recognise(path, options)].sessions(path, options)
@@ -46,11 +46,14 @@ def recognise(path: Path, options: CaptureOptions) -> str:
     if len(fitting) == 1:
         return fitting[0]
     if fitting:
-        raise UnknownFormat(path, f"could be {' or '.join(fitting)}", f"pass --format {' or --format '.join(fitting)}")
+        raise UnknownFormat(path, f"could be {' or '.join(fitting)}", Wording("say which with {format}"))
     if path.suffix.lower() in _OTHERS and path.is_file():
         raise UnknownFormat(path, *_OTHERS[path.suffix.lower()])
     if path.is_dir() and (folders := list(dict.fromkeys(item.folders[0] for item in category_folders.find_tree(path)))):
         some = ", ".join(folders[:3]) + (", ..." if len(folders) > 3 else "")
-        remedy = "pass --categories-from-folders where these are categories, else convert them one by one"
+        remedy = Wording(
+            "pass {categories_from_folders} where these are categories, else convert them one by one",
+            categories_from_folders=True,
+        )
         raise UnknownFormat(path, f"holds no cloud itself, but its folders do ({some})", remedy)
     raise UnknownFormat(path, "holds no captured scan that is recognised", _CHOICES)

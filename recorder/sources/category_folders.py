@@ -2,18 +2,19 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from natsort import natsorted
 
-from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat
+from orbitscan.recorder import mcap_file
+from orbitscan.recorder.conversion import CaptureOptions
+from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud, Wording, setting
 from orbitscan.recorder.formats import cloud_file, pose_file
 from orbitscan.recorder.session import Session, SessionInfo
 from orbitscan.recorder.sources.clouds import find_clouds, load_view, sensor_origin
-from orbitscan.recorder.sources.options import CaptureOptions
 
 
 @dataclass(frozen=True)
@@ -25,18 +26,18 @@ class LabelledCloud:
 
     @property
     def category(self) -> str:
-        """The first folder's name as a slug."""
+        """The category: the first folder's name as a slug."""
         return re.sub(r"[^\w.]+", "_", self.folders[0].strip().lower())
 
     @property
     def name(self) -> str:
-        """The stem, after the category where it does not begin with it."""
+        """A short name for the session: the file's stem, after the category where it does not begin with it."""
         stem = _for_file_names(self.file.stem)
         return stem if stem.lower().startswith(self.category) else f"{self.category}_{stem}"
 
     @property
     def full_name(self) -> str:
-        """The category, all folders below it, and the stem."""
+        """A long name for the session: the category, all folders below it, and the file's stem."""
         return "_".join((self.category, *map(_for_file_names, (*self.folders[1:], self.file.stem))))
 
 
@@ -85,16 +86,32 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
     ]
 
 
+def record(placed: Iterable[tuple[Path, Session]]) -> Iterator[Session | UnreadableCloud]:
+    """Record each session where it is placed: what its recording then reads as, or why its cloud cannot be read.
+
+    Raises UnwritableOutput.
+    """
+    for path, session in placed:
+        try:
+            mcap_file.write(session, path)
+        except UnreadableCloud as error:
+            yield error
+        else:
+            yield mcap_file.read(path)
+
+
 def _refuse_what_folders_settle(path: Path, options: CaptureOptions) -> None:
     if not path.is_dir():
-        raise UnknownFormat(path, "is a file, not a folder of categories", "leave out --categories-from-folders")
+        raise UnknownFormat(
+            path, "is a file, not a folder of categories", Wording("leave out {categories_from_folders}")
+        )
     for option in ("poses", "poses_are", "pose_axes", "pose_units"):
         if getattr(options, option) is not None:
-            what = "is not for --categories-from-folders, which makes a session of each view"
-            raise InvalidOption(f"--{option.replace('_', '-')}", what, "leave one of them out")
+            what = Wording("is not for {categories_from_folders}, which makes a session of each view")
+            raise InvalidOption(setting(option), what, "leave one of them out")
     for option in ("category", "instance", "name"):
         if getattr(options, option) is not None:
-            raise InvalidOption(f"--{option}", "the folders and files settle it", "leave it out")
+            raise InvalidOption(setting(option), "the folders and files settle it", "leave it out")
     if loose := find_clouds(path):
         raise UnknownFormat(loose[0], "lies in no category's folder", "move it into one")
     folders = (f for f in path.rglob("*") if f.is_dir())

@@ -8,12 +8,11 @@ import numpy as np
 from natsort import natsorted
 
 from orbitscan.recorder import poses
-from orbitscan.recorder.conversion import Conversion
-from orbitscan.recorder.exceptions import InvalidPose, UnknownFormat
+from orbitscan.recorder.conversion import CaptureOptions, Conversion
+from orbitscan.recorder.exceptions import InvalidPose, UnknownFormat, Wording
 from orbitscan.recorder.formats import cloud_file, pose_file
 from orbitscan.recorder.formats.pose_file import PoseFile
 from orbitscan.recorder.session import Session, SessionInfo, View
-from orbitscan.recorder.sources.options import CaptureOptions
 
 
 def recognises(path: Path) -> bool:
@@ -34,9 +33,9 @@ def find_clouds(path: Path) -> list[Path]:
 def sessions(path: Path, options: CaptureOptions) -> list[Session]:
     """The one session of a folder of clouds (or a cloud file); a view per file, in natural order of the names.
 
-    Poses come from `--poses`, else from the one file with the clouds whose name speaks of poses. They go to clouds by
-    name where the file has names (JSON), else by order, which takes as many poses as clouds. Raises UnknownFormat,
-    InvalidPose, InvalidOption, and, when a view is loaded, UnreadableCloud.
+    Poses come from the file that the options name, else from the one beside the clouds whose name speaks of poses. They
+    go to clouds by name where the file has names (JSON), else by order, which takes as many poses as clouds. Raises
+    UnknownFormat, InvalidPose, InvalidOption, and, when a view is loaded, UnreadableCloud.
     """
     conversion = options.conversion()
     files = find_clouds(path)
@@ -91,7 +90,8 @@ def _listed_poses(path: Path, options: CaptureOptions) -> PoseFile | None:
         return pose_file.read(options.poses)
     found = pose_file.find(path) if path.is_dir() else []
     if len(found) > 1:
-        raise InvalidPose(path, f"{found[0].name} and {found[1].name} may both hold poses", "name one with --poses")
+        problem = f"{found[0].name} and {found[1].name} may both hold poses"
+        raise InvalidPose(path, problem, Wording("name one with {poses}"))
     return pose_file.read(found[0]) if found else None
 
 

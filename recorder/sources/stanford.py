@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from orbitscan.recorder import poses
-from orbitscan.recorder.conversion import Conversion
+from orbitscan.recorder.conversion import CaptureOptions, Conversion
 from orbitscan.recorder.exceptions import InvalidPose, UnknownFormat, UnreadableCloud
 from orbitscan.recorder.session import Session, SessionInfo
 from orbitscan.recorder.sources.clouds import load_view
-from orbitscan.recorder.sources.options import CaptureOptions
 
 _AXES = "RUB"  # y up, the surfaces face +z
 # The scanner sweeps a laser sheet over parallel lines: its rays come from far in front of the object, not from a
@@ -41,7 +40,8 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
         raise UnknownFormat(path, f"holds {' and '.join(c.name for c in confs)}", "name one of them")
     conf = confs[0]
     conversion = Conversion(axes=_AXES, pose_axes=_AXES)
-    files, truth = [], {}
+    files: list[Path] = []
+    truth: dict[int, np.ndarray] = {}
     for number, line in enumerate(conf.read_text(errors="replace").splitlines(), 1):
         words = line.split()
         if not words or words[0] not in ("bmesh", "mesh"):
@@ -77,7 +77,7 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
 
 
 def _motion(words: list[str], subject: str) -> np.ndarray:
-    """T_world_scan of the seven numbers of a line."""
+    """The motion T_world_scan (4, 4) that the seven numbers of a line mean. Raises InvalidPose."""
     try:
         numbers = np.array([float(word) for word in words])
     except ValueError:

@@ -1,19 +1,29 @@
-"""The Washington RGB-D Object Dataset: a tree of CATEGORY_INSTANCE_VIDEO_FRAME.pcd -> one session per circle."""
+"""The Washington RGB-D Object Dataset: a tree of CATEGORY_INSTANCE_VIDEO_FRAME.pcd -> one session per circle.
+
+Here stands too what the thesis takes of it (tables 3.1 and 3.2), which the virtual corpus copies.
+"""
 
 import re
 from collections import defaultdict
 from functools import partial
 from pathlib import Path
 
-from orbitscan.recorder.conversion import Conversion
+from orbitscan.recorder.conversion import CaptureOptions, Conversion
 from orbitscan.recorder.exceptions import UnknownFormat
 from orbitscan.recorder.session import Session, SessionInfo
 from orbitscan.recorder.sources.clouds import load_view
-from orbitscan.recorder.sources.options import CaptureOptions
 
 _NAME = re.compile(r"(?P<category>[a-z]\w*?)_(?P<instance>\d+)_(?P<video>\d+)_(?P<frame>\d+)", re.IGNORECASE)
 _AXES = "RFU"  # y away from the camera, z up
-_ELEVATIONS_DEG = {1: 30.0, 2: 45.0, 4: 60.0}  # of the camera above the turntable, by video
+ELEVATIONS_DEG = {1: 30.0, 2: 45.0, 4: 60.0}  # of the camera above the turntable, by the number of the video
+INSTANCES = {  # of each category in thesis table 3.1; the last is the test instance
+    "apple": 5, "bell_pepper": 6, "bowl": 6, "cap": 4, "cell_phone": 5,
+    "coffee_mug": 8, "dry_battery": 6, "notebook": 5, "pliers": 6, "water_bottle": 10,
+}  # fmt: skip
+RUNS = {  # thesis table 3.2: into how many equal runs a circle is cut, each a side to tell apart
+    "apple": 1, "bell_pepper": 1, "bowl": 1, "cap": 6, "cell_phone": 6,
+    "coffee_mug": 4, "dry_battery": 4, "notebook": 4, "pliers": 6, "water_bottle": 1,
+}  # fmt: skip
 _CIRCLE = 3  # views
 
 
@@ -54,7 +64,7 @@ def _session(category: str, instance: int, video: int, files: list[Path]) -> Ses
         capture="circle" if len(files) >= _CIRCLE else "unknown",
         source_axes=conversion.axes,
         source_units=conversion.units,
-        elevation_deg=_ELEVATIONS_DEG.get(video),
+        elevation_deg=ELEVATIONS_DEG.get(video),
     )
     stamps = tuple((i + 1) * 10**9 for i in range(len(files)))
     return Session(info, tuple(file.stem for file in files), partial(load_view, files, stamps, conversion))

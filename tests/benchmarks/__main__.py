@@ -10,7 +10,7 @@ import time
 from itertools import product
 from pathlib import Path
 
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.status import METHODS
 from tests.benchmarks import sessions, speed, targets
 from tests.benchmarks.registration import CONTROL, Job, choose, report, run_all, write_json
 from tests.benchmarks.sessions import Case

@@ -14,10 +14,10 @@ from sklearn.metrics import roc_auc_score
 
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.processing.classification.classifier import Classifier
+from orbitscan.recorder.conversion import CaptureOptions
 from orbitscan.recorder.session import Session
 from orbitscan.recorder.simulation.camera import simulate
 from orbitscan.recorder.sources import open_capture
-from orbitscan.recorder.sources.options import CaptureOptions
 
 DATA = Path(os.environ.get("ORBITSCAN_DATA", "../shared/data"))
 MESHES = {  # what each shape is: a category, another thing, or near: a bottle of something else, a cup without handle

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import track
 
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.status import METHODS
 from orbitscan.processing.settings import Settings
 from tests.benchmarks import peers, sessions, tables
 from tests.benchmarks.scores import PairScore, SessionScore, score_pair, score_session

@@ -17,7 +17,8 @@ from scipy.spatial import cKDTree
 from orbitscan.processing.batch.compilation import compile_kernels
 from orbitscan.processing.features.shot import describe
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.results.records import METHODS, SessionResult
+from orbitscan.processing.results.records import SessionResult
+from orbitscan.processing.results.status import METHODS
 from orbitscan.recorder.session import Session
 from tests.benchmarks import peers, sessions
 from tests.benchmarks.sessions import Case

@@ -22,7 +22,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=500)
     parser.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1))
     options = parser.parse_args()
-    ensure_compiled(print)
+    ensure_compiled()
     started = time.perf_counter()
     end = options.first + options.count
     parts = [range(first, min(first + AT_ONCE, end)) for first in range(options.first, end, AT_ONCE)]

@@ -1,16 +1,16 @@
 """A session's views as the page prepares them, for tests of the steps after."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from orbitscan.processing.features.keypoints import detect_keypoints
-from orbitscan.processing.features.shot import describe
-from orbitscan.processing.registration.matching import match
-from orbitscan.processing.registration.pair import Matches, register_competing
-from orbitscan.processing.registration.prepared_view import Prepared
-from orbitscan.processing.registration.ransac import estimate_pose
+from orbitscan.processing.pipeline import prepare_view
+from orbitscan.processing.registration.methods import Matches
+from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.results.records import Evidence, PairEstimate
 from orbitscan.processing.settings import Settings
-from orbitscan.processing.surface.preparation import choose_scale, prepare
+from orbitscan.processing.steps import Steps
+from orbitscan.processing.surface.preparation import choose_scale
 from orbitscan.recorder import poses
 
 SETTINGS = Settings()
@@ -26,7 +26,7 @@ class Scene:
         self.truth = session.truth()
 
     def get(self, index):
-        """As a shelf hands out a view."""
+        """As a cache hands out a view."""
         return self.views[index]
 
     get_surface = get
@@ -35,25 +35,27 @@ class Scene:
         """The true T_target_source of two views."""
         return poses.invert(self.truth[target]) @ self.truth[source]
 
+    def steps(self, sensor_origin=(0.0, 0.0, 0.0)):
+        """The page's steps at the session's scale."""
+        return Steps(self.scale, replace(self.session.info, sensor_origin=sensor_origin), SETTINGS)
+
     def prepare(self, view, sensor_origin=(0.0, 0.0, 0.0)):
         """A view's surface and its described keypoints."""
-        surface = prepare(view, self.scale, sensor_origin, SETTINGS.surface)
-        points, w = surface.working, self.scale.working
-        radii = w * SETTINGS.keypoints.salient_radius, w * SETTINGS.keypoints.non_max_radius
-        keypoints = points[detect_keypoints(points, *radii, SETTINGS.keypoints)[0]]
-        descriptors, frames = describe(points, surface.normals, keypoints, w * SETTINGS.shot.radius)
-        return Prepared(surface, keypoints, descriptors, frames, self.scale, SETTINGS.pair.refinement)
+        return prepare_view(self.steps(sensor_origin), view)
+
+    def pair(self, source, target, settings=SETTINGS.pair):
+        """Two prepared views to be registered."""
+        return PairRegistration(source, target, settings)
 
     def correspond(self, source, target):
         """The matches of two prepared views, and the pose most of them agree on."""
-        indices = match(source.descriptors, target.descriptors, SETTINGS.matching)
-        points, how = (source.keypoints[indices[:, 0]], target.keypoints[indices[:, 1]]), SETTINGS.ransac
-        rng = np.random.default_rng((0, 4, source.view, target.view))
-        return Matches(indices, estimate_pose(*points, self.scale.working * how.tolerance, how, rng))
+        pair = self.pair(source, target)
+        indices = self.steps().match(pair)
+        return Matches(indices, self.steps().estimate_pose(pair, indices))
 
     def register(self, source, target):
         """The pose of two prepared views of which nothing is known."""
-        return register_competing(source, target, self.correspond(source, target), None, SETTINGS.pair)
+        return self.steps().register_competing(self.pair(source, target), self.correspond(source, target), None)
 
 
 def edge(source, target, T, center=None, **fields):

@@ -18,6 +18,7 @@ from orbitscan.processing.results.records import (
     ViewEstimate,
     ViewResult,
 )
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from tests.geometry import bottle, random_pose, scan, sphere
 from tests.processing.scene import Scene, edge
@@ -107,7 +108,10 @@ def test_the_center_is_the_mean_of_all_points_placed_by_the_truth(stream):
     center = np.concatenate(placed).mean(axis=0)
     T_0_1 = poses.invert(truth[0]) @ truth[1]
     for axis in np.eye(3):
-        views = (ViewEstimate(0, "ok", np.eye(4)), ViewEstimate(1, "ok", turn(axis, center, np.pi) @ T_0_1))
+        views = (
+            ViewEstimate(0, Status.OK, np.eye(4)),
+            ViewEstimate(1, Status.OK, poses.turn_about(axis, center, np.pi) @ T_0_1),
+        )
         (found,) = errors.with_errors([replace(last, reconstruction={"icp": MethodResult(views, ())})], truth)
         turned = found.reconstruction["icp"].views[1].errors
         assert turned.rotation_error_deg == pytest.approx(180)
@@ -136,17 +140,12 @@ CENTER = np.array([0.0, 0.02, 1.0])  # of the object, in the first view
 TRUTH = {0: np.eye(4), 1: random_pose(np.random.default_rng(8))}
 
 
-def turn(axis, point, angle):
-    R = Rotation.from_rotvec(angle * axis).as_matrix()
-    return poses.make(R, point - R @ point)
-
-
 @pytest.fixture(scope="module")
 def judge(stream):
     """A function that tells the errors of a pair against a truth, the object's centre in frame {0} given."""
 
     def errors_of(pair, truth, center):
-        found = {"pairwise": MethodResult((ViewEstimate(0, "ok", np.eye(4)),), (pair,))}
+        found = {"pairwise": MethodResult((ViewEstimate(0, Status.OK, np.eye(4)),), (pair,))}
         session = replace(stream[1][-1], origin=0, centroids={0: Centroid(1, center)}, reconstruction=found)
         (judged,) = errors.with_errors([session], truth)
         return judged.reconstruction["pairwise"].pairs[0].errors
@@ -162,7 +161,7 @@ def of_pair(judge):
 
 def test_a_declared_turn_is_no_observable_error(of_pair):
     axis, point = np.array([0.6, 0.8, 0]), np.array([0.01, 0.02, 0.98])
-    off = turn(axis, point, 2.0) @ TRUTH[1]
+    off = poses.turn_about(axis, point, 2.0) @ TRUTH[1]
     found = of_pair(off, freedoms=(Freedom("turn", axis, point),))
     assert found.rotation_error_deg == pytest.approx(np.degrees(2.0))
     assert found.center_error_m > 0.01
@@ -176,12 +175,13 @@ def test_a_declared_turn_is_no_observable_error(of_pair):
 def test_only_what_is_declared_is_granted(of_pair):
     axis, across, point = np.array([0, 1.0, 0]), np.array([1.0, 0, 0]), CENTER
     freedom = (Freedom("turn", axis, point),)
-    off = turn(axis, point, 1.0) @ turn(across, point, np.radians(3)) @ TRUTH[1]
+    off = poses.turn_about(axis, point, 1.0) @ poses.turn_about(across, point, np.radians(3)) @ TRUTH[1]
     assert of_pair(off, freedoms=freedom).rotation_error_deg_observable == pytest.approx(3)
-    aside = poses.make(np.eye(3), [0, 0.03, 0]) @ turn(axis, point, 1.0) @ TRUTH[1]
+    aside = poses.make(np.eye(3), [0, 0.03, 0]) @ poses.turn_about(axis, point, 1.0) @ TRUTH[1]
     assert of_pair(aside, freedoms=freedom).center_error_m_observable == pytest.approx(0.03)
     wrong_axis = (Freedom("turn", across, point),)
-    assert of_pair(turn(axis, point, 1.0) @ TRUTH[1], freedoms=wrong_axis).rotation_error_deg_observable > 50
+    off = poses.turn_about(axis, point, 1.0) @ TRUTH[1]
+    assert of_pair(off, freedoms=wrong_axis).rotation_error_deg_observable > 50
 
 
 def test_a_declared_shift_is_no_observable_error(of_pair):
@@ -193,8 +193,8 @@ def test_a_declared_shift_is_no_observable_error(of_pair):
 
 
 def test_the_nearest_alternative_counts(of_pair):
-    half = turn(np.array([0, 1.0, 0]), CENTER, np.pi) @ TRUTH[1]
-    other = turn(np.array([0, 1.0, 0]), CENTER, 1.0) @ TRUTH[1]
+    half = poses.turn_about(np.array([0, 1.0, 0]), CENTER, np.pi) @ TRUTH[1]
+    other = poses.turn_about(np.array([0, 1.0, 0]), CENTER, 1.0) @ TRUTH[1]
     found = of_pair(half, alternatives=(other, TRUTH[1]))
     assert found.rotation_error_deg == pytest.approx(180)
     assert found.rotation_error_deg_observable < 1e-5

@@ -9,7 +9,8 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.results.records import METHODS, SessionResult, ViewResult
+from orbitscan.processing.results.records import SessionResult, ViewResult
+from orbitscan.processing.results.status import METHODS
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.session import SessionInfo, View, in_memory
@@ -93,7 +94,7 @@ def test_the_joint_refinement_does_not_feed_back(three):
     assert estimates(run(session, ["refined"])) == {"refined": found["refined"]}
 
 
-def test_views_that_left_the_shelf_are_prepared_again_to_the_same_bits(three):
+def test_views_that_left_the_cache_are_prepared_again_to_the_same_bits(three):
     session, (*_, last) = three
     how = Settings()
     small = replace(how, surface=replace(how.surface, kept_views=2))

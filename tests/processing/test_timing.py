@@ -32,3 +32,22 @@ def test_stages_add_up_over_laps_and_a_lap_begins_anew():
     assert sums["methods"]["icp"]["icp"] == 3.0
     assert sums["methods"]["icp"]["total"] == 7.0
     assert (sums["outlier_removal"], sums["classification"], sums["total"]) == (0.5, 0.0, 9.0)
+
+
+def test_a_shared_stage_counts_for_the_methods_that_use_it_and_alone_for_one():
+    watch = Stopwatch(("icp", "pairwise", "refined"))
+    for stage in ("prepare", "keypoints", "refine"):
+        with watch.shared(stage):
+            pass
+    lap = watch.lap()
+    assert {method: set(stages) for method, stages in lap.items()} == {
+        "icp": {"prepare"},
+        "pairwise": {"prepare", "keypoints", "refine"},
+        "refined": {"prepare", "keypoints", "refine"},
+    }
+    with watch.alone("refine", "refined"), watch.shared("prepare"):
+        pass
+    assert {method: set(stages) for method, stages in watch.lap().items()} == {"refined": {"prepare", "refine"}}
+    with watch.shared("prepare"):
+        pass
+    assert set(watch.lap()) == {"icp", "pairwise", "refined"}

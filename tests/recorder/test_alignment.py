@@ -87,9 +87,8 @@ INVERTED = Conversion(poses_are="object-to-camera")
 def test_wrong_poses_are_named_by_what_is_wrong(session, right):
     judgement = alignment.judge(misread(session, right))
     assert not judgement.aligned
-    flags = [reading.flags(judgement.given) for reading in judgement.better]
-    assert len(flags) == 1
-    assert flags[0] == right.flags(Conversion())
+    (better,) = judgement.better
+    assert better.changes(judgement.given) == right.changes(Conversion())
     mended = misread(misread(session, right), judgement.given, judgement.better[0])
     assert alignment.judge(mended).aligned
     assert judgement.better_residual < judgement.residual / 1.5
@@ -98,7 +97,7 @@ def test_wrong_poses_are_named_by_what_is_wrong(session, right):
 def test_clouds_in_millimetres_with_poses_in_metres():
     views = [replace(view, points=view.points * 1000) for view in BLOB.views()]
     judgement = alignment.judge(in_memory(BLOB.info, views, BLOB.truth()))
-    assert [reading.flags(judgement.given) for reading in judgement.better] == ["--units mm --pose-units m"]
+    assert [reading.changes(judgement.given) for reading in judgement.better] == [{"units": "mm", "pose_units": "m"}]
     assert judgement.better_residual == pytest.approx(alignment.judge(BLOB).residual, rel=0.05)
 
 
@@ -107,7 +106,7 @@ def test_the_reading_that_was_used_is_the_one_that_is_judged():
     right = Conversion(poses_are="object-to-camera", axes="RUB", pose_axes="RUB", units="mm", pose_units="mm")
     assert alignment.judge(misread(BLOB, right, right)).aligned
     judgement = alignment.judge(misread(BLOB, replace(right, poses_are="camera-to-object"), right))
-    assert [reading.flags(judgement.given) for reading in judgement.better] == ["--poses-are camera-to-object"]
+    assert [reading.changes(judgement.given) for reading in judgement.better] == [{"poses_are": "camera-to-object"}]
 
 
 def test_what_cannot_be_told_is_not_claimed():
@@ -172,6 +171,6 @@ def test_the_bunny_as_given_and_inverted_by_hand(data, tmp_path):
     given = Conversion(axes="RUB", pose_axes="RUB")
     inverted = {i: given.pose(poses.invert(given.source_pose(T))) for i, T in bunny.truth().items()}
     judgement = alignment.judge(in_memory(bunny.info, views, inverted))
-    assert [reading.flags(judgement.given) for reading in judgement.better] == ["--poses-are object-to-camera"]
+    assert [reading.changes(judgement.given) for reading in judgement.better] == [{"poses_are": "object-to-camera"}]
     assert judgement.residual > 0.01
     assert judgement.better_residual < 0.001

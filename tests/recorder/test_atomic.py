@@ -55,5 +55,5 @@ def test_a_file_appears_whole(tmp_path):
     with whole_file(tmp_path / "f") as part:
         part.write_text("whole")
     assert (tmp_path / "f").read_text() == "whole"
-    with pytest.raises(UnwritableOutput, match="cannot be written"), whole_file(tmp_path / "none" / "f") as part:
+    with pytest.raises(UnwritableOutput, match="cannot be written"), whole_file(tmp_path / "f" / "in a file") as part:
         part.write_text("x")

@@ -40,7 +40,7 @@ def test_a_good_session_is_good():
 
 def test_a_session_without_poses_says_so():
     assert findings(change(truth={})) == [
-        "info: no true poses, so no errors will be told; pass --poses FILE where they exist"
+        "info: no true poses, so no errors will be told; name their file with poses where they exist"
     ]
 
 
@@ -115,10 +115,10 @@ def test_damage_is_a_problem():
 @pytest.mark.parametrize(
     ("factor", "units", "remedy"),
     [
-        (1000, "m", "pass --units mm if these are millimetres"),
-        (1000, "mm", "check --units and --scale"),
-        (0.001, "mm", "pass --units m if these are metres"),
-        (0.001, "m", "check --units and --scale"),
+        (1000, "m", "pass units='mm' if these are millimetres"),
+        (1000, "mm", "check units and scale"),
+        (0.001, "mm", "pass units='m' if these are metres"),
+        (0.001, "m", "check units and scale"),
     ],
 )
 def test_lengths_that_cannot_be(factor, units, remedy):
@@ -140,7 +140,7 @@ def test_an_unknown_sensor_origin_is_worth_a_warning():
 def test_centered_clouds_have_no_sensor_in_their_midst():
     centered = all_points(lambda points: points - points.mean(axis=0))
     (finding,) = findings(change(points=centered, truth={}), "problem")
-    assert finding == "problem: the sensor's origin lies within the object; pass --sensor-origin unknown"
+    assert finding == "problem: the sensor's origin lies within the object; pass sensor_origin='unknown'"
     assert not findings(change(points=centered, truth={}, sensor_origin=(0.0, 0.0, -10.0)), "problem")
 
 
@@ -152,7 +152,7 @@ def test_points_that_do_not_lie_in_front_of_the_camera(axes, read):
     session = change(points=all_points(lambda points: wrong.points(points @ A.T)))
     session = misread(session, Conversion(axes=axes, pose_axes=axes), wrong)
     assert findings(session, "problem") == [
-        f"problem: the points do not lie in front of the camera; pass --axes {axes}"
+        f"problem: the points do not lie in front of the camera; pass axes='{axes}'"
     ]
     assert any("poses align the views" in finding for finding in findings(session))
 
@@ -161,19 +161,19 @@ def test_wrong_axes_of_the_points_and_right_ones_of_the_poses():
     A = poses.axes_to_rdf("RFU").T
     session = change(BLOB, points=all_points(lambda points: points @ A.T, BLOB), source="clouds")
     found = findings(session, "problem")
-    assert found[0].endswith("pass --axes RFU")
-    assert found[1].endswith("pass --axes RFU --pose-axes RDF")
+    assert found[0].endswith("pass axes='RFU'")
+    assert found[1].endswith("pass axes='RFU', pose_axes='RDF'")
 
 
-def test_inverted_poses_name_the_flag_that_mends_them():
+def test_inverted_poses_name_the_setting_that_mends_them():
     session = misread(change(BLOB, source="clouds"), INVERTED)
     (finding,) = findings(session, "problem")
     assert finding.startswith("problem: poses: ")
     assert " as given, " in finding
-    assert finding.endswith(" inverted; pass --poses-are object-to-camera")
+    assert finding.endswith(" inverted; pass poses_are='object-to-camera'")
 
 
-def test_no_flag_is_named_where_the_format_takes_none():
+def test_no_setting_is_named_where_the_format_takes_none():
     (finding,) = findings(misread(change(BLOB, source="stanford"), INVERTED), "problem")
     assert finding.endswith(" inverted")
 
@@ -206,5 +206,5 @@ def test_real_scans_as_they_are(data):
     assert not findings(mug_alone, "problem")
     (mug,) = open_capture(data / "rug_restaurant20_gazebo" / "mug")
     assert findings(mug, "problem") == [
-        "problem: the sensor's origin lies within the object; pass --sensor-origin unknown"
+        "problem: the sensor's origin lies within the object; pass sensor_origin='unknown'"
     ]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from orbitscan.recorder import poses
 from orbitscan.recorder.alignment import right_handed_axes
-from orbitscan.recorder.conversion import DIRECTIONS, METRES, Conversion, recorded
+from orbitscan.recorder.conversion import DIRECTIONS, METRES, CaptureOptions, Conversion, recorded
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.session import SessionInfo
 from tests.geometry import random_pose
@@ -56,14 +56,14 @@ def test_points_and_origin_in_numbers():
 @pytest.mark.parametrize(
     ("wrong", "what"),
     [
-        ({"units": "inch"}, "--units inch"),
-        ({"pose_units": "km"}, "--pose-units km"),
-        ({"poses_are": "world"}, "--poses-are world"),
+        ({"units": "inch"}, "units='inch'"),
+        ({"pose_units": "km"}, "pose_units='km'"),
+        ({"poses_are": "world"}, "poses_are='world'"),
         ({"axes": "RUF"}, "left-handed"),
-        ({"pose_axes": "up"}, "no three of"),
-        ({"scale": 0.0}, "--scale 0"),
-        ({"scale": -1.0}, "--scale -1"),
-        ({"scale": float("nan")}, "--scale nan"),
+        ({"pose_axes": "up"}, "not three of"),
+        ({"scale": 0.0}, "scale=0"),
+        ({"scale": -1.0}, "scale=-1"),
+        ({"scale": float("nan")}, "scale=nan"),
     ],
 )
 def test_words_that_mean_nothing_are_refused(wrong, what):
@@ -72,20 +72,22 @@ def test_words_that_mean_nothing_are_refused(wrong, what):
 
 
 @pytest.mark.parametrize(
-    ("changes", "flags"),
+    ("changed", "said"),
     [
-        ({}, ""),
-        ({"poses_are": "object-to-camera"}, "--poses-are object-to-camera"),
-        ({"pose_axes": "RUB"}, "--pose-axes RUB"),
-        ({"pose_units": "mm"}, "--pose-units mm"),
-        ({"axes": "RFU", "pose_axes": "RFU"}, "--axes RFU"),
-        ({"axes": "RFU"}, "--axes RFU --pose-axes RDF"),
-        ({"units": "mm"}, "--units mm --pose-units m"),
-        ({"poses_are": "object-to-camera", "pose_axes": "RUB"}, "--poses-are object-to-camera --pose-axes RUB"),
+        ({}, {}),
+        ({"poses_are": "object-to-camera"}, None),
+        ({"pose_axes": "RUB"}, None),
+        ({"pose_units": "mm"}, None),
+        ({"axes": "RFU", "pose_axes": "RFU"}, {"axes": "RFU"}),
+        ({"axes": "RFU"}, {"axes": "RFU", "pose_axes": "RDF"}),
+        ({"units": "mm"}, {"units": "mm", "pose_units": "m"}),
+        ({"poses_are": "object-to-camera", "pose_axes": "RUB"}, None),
     ],
 )
-def test_the_flags_that_lead_from_one_conversion_to_another(changes, flags):
-    assert replace(Conversion(), **changes).flags(Conversion()) == flags
+def test_what_is_said_to_lead_from_one_conversion_to_another(changed, said):
+    changes = replace(Conversion(), **changed).changes(Conversion())
+    assert changes == (changed if said is None else said)
+    assert CaptureOptions(**changes).conversion() == replace(Conversion(), **changed)
 
 
 @given(conversions)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.surface.normals import estimate_normals
-from orbitscan.recorder.kernels import kernel, over_slices
+from orbitscan.recorder.kernels import kernel, kernels_of, over_slices
 
 
 @kernel
@@ -43,3 +43,11 @@ def test_one_thread_finds_the_same(request):
     many = estimate_normals(points, 0.1, np.zeros(3))
     request.getfixturevalue("one_thread")
     assert estimate_normals(points, 0.1, np.zeros(3)).tobytes() == many.tobytes()
+
+
+def test_kernels_are_known_by_the_module_or_package_they_stand_in():
+    names = [found.__name__ for found in kernels_of("orbitscan.processing.surface.normals")]
+    assert names == ["_fill_normals"]
+    assert set(names) <= {found.__name__ for found in kernels_of("orbitscan.processing.surface")}
+    assert kernels_of("orbitscan.processing.surf") == []
+    assert _count in kernels_of(__name__)

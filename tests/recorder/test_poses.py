@@ -112,9 +112,9 @@ def test_a_line_that_is_not_tum_is_refused(line):
         (lambda T: T[:3], "shape"),
         (lambda T: T * np.nan, "not finite"),
         (lambda T: T + 0.1 * np.eye(4)[3:].T, "last row"),
-        (lambda T: T @ np.diag([1.01, 1, 1, 1]), "no rotation"),
+        (lambda T: T @ np.diag([1.01, 1, 1, 1]), "not a rotation"),
         (lambda T: T @ np.diag([1, 1, -1, 1]), "mirrors"),
-        (lambda T: T @ np.diag([0, 0, 0, 1]), "no rotation"),
+        (lambda T: T @ np.diag([0, 0, 0, 1]), "not a rotation"),
     ],
 )
 def test_what_is_no_rigid_motion_is_refused(change, what):
@@ -158,11 +158,25 @@ def test_of_all_names_24_are_frames_and_all_are_rotations():
 
 
 @pytest.mark.parametrize(
-    ("axes", "what"), [("XYZ", "no three of"), ("RD", "no three of"), ("RLF", "one line"), ("RUF", "left-handed")]
+    ("axes", "what"), [("XYZ", "not three of"), ("RD", "not three of"), ("RLF", "one line"), ("RUF", "left-handed")]
 )
 def test_names_that_are_no_frame_are_refused(axes, what):
     with pytest.raises(InvalidOption, match=what):
         poses.axes_to_rdf(axes)
+
+
+@given(seeds, st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
+def test_a_turn_about_a_line_leaves_the_line_where_it_is_and_turns_add_up(seed, angle, more):
+    rng = np.random.default_rng(seed)
+    axis, point = rng.normal(size=(2, 3))
+    axis /= np.linalg.norm(axis)
+    T = poses.turn_about(axis, point, angle)
+    line = point + rng.normal(size=(5, 1)) * axis
+    np.testing.assert_allclose(poses.transform(T, line), line, atol=1e-12)
+    assert poses.twist(T[:3, :3], axis) == pytest.approx(angle, abs=1e-9)
+    np.testing.assert_allclose(poses.invert(T), poses.turn_about(axis, point, -angle), atol=1e-12)
+    both = poses.turn_about(axis, point, more) @ T
+    np.testing.assert_allclose(both, poses.turn_about(axis, point, angle + more), atol=1e-12)
 
 
 @given(seeds)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitscan.recorder.exceptions import InvalidOption
-from orbitscan.recorder.session import Session, SessionInfo, View, in_memory, select_views
+from orbitscan.recorder.session import Session, SessionInfo, View, in_memory, name_views, select_views
 
 NAMES = (*(f"bun{i:03d}" for i in range(20)), "chin", "top2", "top3", "ear_back")
 
@@ -42,8 +42,22 @@ def test_the_grammar_of_views(selection, indices):
 
 @pytest.mark.parametrize("selection", ["0", "0,24", "24:", "5:5", "9:3", "nobody", "Chin", "", "-1"])
 def test_a_selection_of_nothing_is_refused_and_says_what_there_is(selection):
-    with pytest.raises(InvalidOption, match=r"--views .*the views are 0 to 23"):
+    with pytest.raises(InvalidOption, match=r"^views=.*the views are 0 to 23"):
         select_views(selection, NAMES)
+
+
+@pytest.mark.parametrize(
+    ("indices", "words"),
+    [
+        ([3], "view 3"),
+        ([0, 1, 2, 3, 4, 7], "views 0-4, 7"),
+        ([4, 3, 2], "views 4, 3, 2"),
+        (range(0, 20, 2), "views 0, 2, 4, 6, 8, 10, 12, 14 and 2 more"),
+    ],
+)
+def test_views_in_words(indices, words):
+    assert name_views(indices) == words
+    assert " more" not in name_views(indices, len(indices))
 
 
 @given(st.integers(1, 300), st.integers(1, 300))

@@ -107,7 +107,7 @@ def patches(points: np.ndarray, grid: np.ndarray, kernel: int, settings: Keypoin
     unit = max(2 * radius / div, cloud.measure(points).resolution)
     if unit == 0:
         return np.empty((0, kernel**3))
-    keypoints, _ = detect_keypoints(points, settings.salient_radius * unit, settings.non_max_radius * unit, settings)
+    keypoints = detect_keypoints(points, settings.salient_radius * unit, settings.non_max_radius * unit, settings)
     return normalize(cut(grid, np.unique(voxel_indices(clouds, div).numpy()[keypoints], axis=0), kernel))
 
 

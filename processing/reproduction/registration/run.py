@@ -18,7 +18,8 @@ import numpy as np
 from orbitscan.processing.batch.recording import Job
 from orbitscan.processing.batch.workers import process_all
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.results.files import read_results
+from orbitscan.processing.results.folder import read_results
+from orbitscan.processing.results.status import Method
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.atomic import write_whole
@@ -232,13 +233,12 @@ def _record(circle: Circle, path: Path) -> None:
 def _read_all(plan: Plan, circles: list[Circle]) -> Iterator[Run]:
     for circle in circles:
         for shown, (way, method) in METHODS.items():
-            folder = plan.folder / _FOLDER / way / circle.name
-            timings = json.loads((folder / "timings.json").read_text(encoding="utf-8"))
+            found = read_results(plan.folder / _FOLDER / way / circle.name)
             seconds = {
-                "registration": timings["methods"][method]["total"],
-                "outlier_removal": timings["outlier_removal"],
+                "registration": found.seconds["methods"][method]["total"],
+                "outlier_removal": found.seconds["outlier_removal"],
             }
-            results = read_results(folder)
-            views = results["reconstruction"][method]["views"]
-            placed = {view["view"]: np.array(view["T_0_i"]) for view in views if view["T_0_i"] is not None}
-            yield Run(circle, shown, views, placed, seconds, results["key"])
+            estimates = found.results.reconstruction[Method(method)].views
+            views = [{"view": v.view, "status": v.status} | asdict(v.errors) for v in estimates]
+            placed = {v.view: v.T_0_i for v in estimates if v.T_0_i is not None}
+            yield Run(circle, shown, views, placed, seconds, found.results.key)

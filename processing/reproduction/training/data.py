@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,11 @@ from orbitscan.processing.classification.labelled_views import LabelledViews, Sp
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.atomic import write_whole
+from orbitscan.recorder.conversion import CaptureOptions
 from orbitscan.recorder.exceptions import InvalidOption
 from orbitscan.recorder.session import Session
 from orbitscan.recorder.simulation import corpus
 from orbitscan.recorder.sources import washington
-from orbitscan.recorder.sources.options import CaptureOptions
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def open_circles(plan: Plan) -> list[Session]:
         return _find_circles(plan.dataset)
     folder = plan.folder / f"corpus-every-{plan.every}"
     circles = corpus.plan(corpus.INSTANCES)
-    recorded = corpus.record_all(circles, folder, corpus.Camera(every=plan.every), plan.workers)
+    recorded = corpus.record_all(circles, folder, replace(corpus.CAMERA, every=plan.every), plan.workers)
     for _ in plan.progress(recorded, len(circles), "Recording the virtual corpus"):
         pass
     return [mcap_file.read(folder / f"{circle.name}.mcap") for circle in circles]

@@ -9,7 +9,7 @@ from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.reproduction.training import data
 from orbitscan.processing.reproduction.training.initializations import describe_starts, draw_run_boxes, draw_run_curves
 from orbitscan.processing.reproduction.training.run import Runs, column, run_trainings, tabulate_curves, tabulate_runs
-from orbitscan.recorder.exceptions import InvalidOption
+from orbitscan.recorder.exceptions import InvalidOption, Wording
 
 EPOCHS = 3  # thesis 5.1
 WITHOUT, WITH = "without orientation", "with orientation"
@@ -19,7 +19,8 @@ def run_all(plan: Plan) -> Runs:
     """The runs without and with the orientation head. Raises InvalidOption where no view's place on a turn is known."""
     if np.isnan(data.load(data.provide(plan)).turns).all():
         problem = "does not say where a turn ends, so the side that is seen is not known"
-        raise InvalidOption(plan.dataset or "the virtual corpus", problem, "leave --dataset out for figures 5.3 to 5.5")
+        whose = plan.dataset or "the virtual corpus"
+        raise InvalidOption(whose, problem, Wording("leave {dataset} out for figures 5.3 to 5.5"))
     changes = {name: {"epochs": EPOCHS, "orientation": name == WITH} for name in (WITHOUT, WITH)}
     return run_trainings(plan, changes, "Training without and with the orientation")
 

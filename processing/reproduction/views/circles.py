@@ -17,7 +17,7 @@ def open_instances(plan: Plan) -> dict[str, list[Session]]:
     if plan.dataset is None:
         lowest = min(corpus.ELEVATIONS_DEG, key=lambda video: corpus.ELEVATIONS_DEG[video])
         circles = [circle for circle in corpus.plan(corpus.INSTANCES) if circle.video == lowest]
-        sessions = [corpus.open_circle(circle, corpus.Camera()) for circle in circles]
+        sessions = [corpus.open_circle(circle, corpus.CAMERA) for circle in circles]
     else:
         sessions = data.open_circles(plan)
     found: dict[str, dict[str, Session]] = {category: {} for category in corpus.INSTANCES}

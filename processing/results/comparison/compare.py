@@ -8,7 +8,7 @@ scanning again. Views that are not ok claim nothing about their pose: of them th
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,31 +24,28 @@ from orbitscan.processing.results.comparison.records import (
     Totals,
     ViewComparison,
 )
-from orbitscan.processing.results.comparison.run import (
-    MAKE_AGAIN,
-    Run,
-    content,
-    describe_differences,
-    find_sessions,
-    read_run,
-    same_recording,
+from orbitscan.processing.results.comparison.uncertainty import scale_of_errors, view_deviations
+from orbitscan.processing.results.folder import ROUNDING, Extent, Results, ResultsFolder, read_results, to_json
+from orbitscan.processing.results.records import (
+    SessionClassification,
+    ViewClassification,
+    ViewErrors,
+    ViewEstimate,
 )
-from orbitscan.processing.results.comparison.uncertainty import ROUNDING, Extent, scale_of_errors, view_deviations
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.status import METHODS, WRONG_DEG, WRONG_SHARE, Status
 from orbitscan.recorder import poses
-from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
+from orbitscan.recorder.exceptions import InvalidOption
 
 FLOOR = 2.0  # standard deviations: chance alone exceeds them at most once in twenty times
-WRONG_DEG, WRONG_SHARE = 5.0, 0.05  # of an ok view off the truth by more degrees, or this share of the diameter
 JUDGED = ("translation_error_m", "rotation_error_chordal", "center_error_m")
-_STANDING = {"ok": 3, "ambiguous": 2}  # any other status: 1; ok and wrong: 0
+SHOWN_SETTINGS = 5  # that differ
 
 
 def compare_folders(a: Path, b: Path) -> Comparison:
     """B against A: two sessions, or two batches whose sessions are matched by name. Raises ScanError."""
     in_a, in_b = find_sessions(a), find_sessions(b)
     if in_a is None and in_b is None:
-        return Comparison((_compare_paths(a, b),))
+        return Comparison((compare_results(read_results(a), read_results(b)),))
     if in_a is None or in_b is None:
         session, batch = (a, b) if in_a is None else (b, a)
         raise InvalidOption(
@@ -58,7 +55,9 @@ def compare_folders(a: Path, b: Path) -> Comparison:
     if not common:
         raise InvalidOption(b, f"has no session of the name of one in {a}", "compare results of the same recordings")
     # By the folder's name: a recording's file may be called otherwise than what it holds.
-    sessions = [replace(_compare_paths(in_a[name], in_b[name]), name=name) for name in common]
+    sessions = [
+        replace(compare_results(read_results(in_a[name]), read_results(in_b[name])), name=name) for name in common
+    ]
     sessions.sort(key=lambda s: (VERDICTS.index(s.verdict), -s.count(s.verdict), s.name))
     return Comparison(
         tuple(sessions),
@@ -67,78 +66,78 @@ def compare_folders(a: Path, b: Path) -> Comparison:
     )
 
 
-def _compare_paths(a: Path, b: Path) -> SessionComparison:
-    run_a, run_b = read_run(a), read_run(b)
-    try:
-        return compare_runs(run_a, run_b)
-    except (KeyError, TypeError, AttributeError, ValueError, IndexError) as error:
-        problem = f"their results.json do not say what they should ({type(error).__name__}: {error})"
-        raise UnreadableRecording(f"{a}, {b}", problem, MAKE_AGAIN) from None
+def find_sessions(folder: Path) -> dict[str, Path] | None:
+    """The sessions of a batch's folder by name; None where the folder is a session's. Raises InvalidOption."""
+    if (folder / "results.json").is_file():
+        return None
+    found = {path.parent.name: path.parent for path in sorted(folder.glob("*/results.json"))}
+    found = {name: path for name, path in found.items() if not name.endswith(".part")}
+    if not found:
+        problem = "holds no results" if folder.is_dir() else "no such folder"
+        raise InvalidOption(folder, problem, "name what 'orbitscan process -o' wrote: a session's folder or a batch's")
+    return found
 
 
-def compare_runs(a: Run, b: Run) -> SessionComparison:
+def compare_results(a: ResultsFolder, b: ResultsFolder) -> SessionComparison:
     """What changed from A to B. Raises InvalidOption where they have no view by no method in common."""
-    name = b.results["session"]["name"]
-    methods = [m for m in METHODS if m in a.results["reconstruction"] and m in b.results["reconstruction"]]
+    of_a, of_b = a.results, b.results
+    name = of_b.session.name
+    methods = [m for m in METHODS if m in of_a.reconstruction and m in of_b.reconstruction]
     totals = {method: _total(method, a, b) for method in methods}
-    if content(a) == content(b):
+    if _content(of_a) == _content(of_b):
         return SessionComparison(name, (), identical=True, methods=totals)
     views = [view for method in methods for view in _compare_method(method, a, b)]
     if not views:
-        raise InvalidOption(b.folder, f"has no view by a method that {a.folder} has", "compare results with some")
-    shown_a, shown_b = a.results["classification"], b.results["classification"]
-    category, view_categories = None, {}
-    if shown_a and shown_b:
-        truths = {run.results["session"]["category"] for run in (a, b)}
-        truth = truths.pop() if len(truths) == 1 else None
-        known = truth if truth in {*shown_a["categories"], *shown_b["categories"]} or truth is None else "unknown"
-        category = _compare_category(shown_a, shown_b, known)
-        by_view = {view["view"]: view for view in shown_a["views"]}
-        pairs = {v["view"]: (by_view[v["view"]], v) for v in shown_b["views"] if v["view"] in by_view}
-        found = {view: _compare_category(*pair, known) for view, pair in pairs.items()}
-        view_categories = {view: pair for view, pair in found.items() if pair.a != pair.b}
-    return SessionComparison(
-        name,
-        tuple(describe_differences(a, b)),
-        False,
-        tuple(views),
-        totals,
-        category,
-        view_categories,
-    )
+        raise InvalidOption(b.path, f"has no view by a method that {a.path} has", "compare results with some")
+    category, view_categories = _compare_categories(of_a, of_b)
+    notes = tuple(describe_differences(of_a, of_b))
+    return SessionComparison(name, notes, False, tuple(views), totals, category, view_categories)
 
 
-def _compare_method(method: str, a: Run, b: Run) -> list[ViewComparison]:
-    of_a, of_b = (run.results["reconstruction"][method] for run in (a, b))
-    in_a = {view["view"]: view for view in of_a["views"]}
+def _content(results: Results) -> dict[str, Any]:
+    """The results but for what the recording's file was called."""
+    content = to_json(results)
+    return {**content, "input": {**content["input"], "name": None}}
+
+
+def same_recording(a: Results, b: Results) -> bool:
+    """Whether both were made from one recording, to the byte."""
+    return a.input.sha256 == b.input.sha256
+
+
+def _compare_method(method: str, a: ResultsFolder, b: ResultsFolder) -> list[ViewComparison]:
+    both = (a.results, b.results)
+    of_a, of_b = (results.reconstruction[method] for results in both)
+    in_a = {view.view: view for view in of_a.views}
     sigma: dict[int, float] = {}
-    extent = max((run.extent for run in (a, b) if run.extent), key=lambda e: (e.points, e.diameter), default=None)
-    if extent is not None and a.origin is not None and a.origin == b.origin:
-        radii = [run.results["settings"]["surface"]["quadric_radius"] for run in (a, b)]
-        scales = [scale_of_errors(run.results, extent.lever, q) for run, q in zip((a, b), radii, strict=True)]
-        for of, q in zip((of_a, of_b), radii, strict=True):
-            for view, deviation in view_deviations(of["pairs"], a.origin, q).items():
-                sigma[view] = min(sigma.get(view, math.inf), min(scales) * deviation)
-    found = [_compare_view(method, in_a[v["view"]], v, sigma, extent) for v in of_b["views"] if v["view"] in in_a]
+    extent = max(
+        (folder.extent for folder in (a, b) if folder.extent), key=lambda e: (e.points, e.diameter), default=None
+    )
+    origin = a.results.origin
+    if extent is not None and origin is not None and origin == b.results.origin:
+        radii = [results.settings["surface"]["quadric_radius"] for results in both]
+        scale = min(scale_of_errors(results, extent.lever, q) for results, q in zip(both, radii, strict=True))
+        for found, q in zip((of_a, of_b), radii, strict=True):
+            for view, deviation in view_deviations(found.pairs, origin, q).items():
+                sigma[view] = min(sigma.get(view, math.inf), scale * deviation)
+    views = [_compare_view(method, in_a[v.view], v, sigma, extent) for v in of_b.views if v.view in in_a]
     # A camera that stands elsewhere in another recording has not moved.
-    return found if same_recording(a, b) else [_without_motion(view) for view in found]
+    return views if same_recording(*both) else [_without_motion(view) for view in views]
 
 
 def _compare_view(
-    method: str, a: Mapping[str, Any], b: Mapping[str, Any], sigma: Mapping[int, float], extent: Extent | None
+    method: str, a: ViewEstimate, b: ViewEstimate, sigma: Mapping[int, float], extent: Extent | None
 ) -> ViewComparison:
-    view, errors, floor = b["view"], {}, None
-    moved_m = moved_deg = None
-    if extent is not None and a["T_0_i"] is not None and b["T_0_i"] is not None and sigma:
-        D = np.asarray(b["T_0_i"]) @ poses.invert(np.asarray(a["T_0_i"]))
+    errors, floor, moved_m, moved_deg = {}, None, None, None
+    if extent is not None and a.T_0_i is not None and b.T_0_i is not None and sigma:
+        D = b.T_0_i @ poses.invert(a.T_0_i)
         moved_m = float(np.linalg.norm(poses.transform(D, extent.center[None])[0] - extent.center))
         moved_deg = float(np.degrees(poses.rotation_angle(D[:3, :3])))
-        if a["status"] == b["status"] == "ok" and view in sigma:
-            floor = max(FLOOR * math.sqrt(2) * sigma[view], ROUNDING)
-            floors = _floors(floor, extent, [np.asarray(v["T_0_i"])[:3, 3] for v in (a, b)])
-            known = [name for name in JUDGED if a[name] is not None and b[name] is not None]
-            errors = {name: Difference(a[name], b[name], floors[name]) for name in known}
-    if a["status"] != b["status"]:
+        if a.status == b.status == Status.OK and b.view in sigma:
+            floor = max(FLOOR * math.sqrt(2) * sigma[b.view], ROUNDING)
+            floors = _floors(floor, extent, [T[:3, 3] for T in (a.T_0_i, b.T_0_i)])
+            errors = _differences(a.errors, b.errors, floors)
+    if a.status != b.status:
         standings = _standing(a, extent), _standing(b, extent)
         verdict = "changed" if standings[0] == standings[1] else ("worse" if standings[1] < standings[0] else "better")
         size = math.inf
@@ -149,7 +148,13 @@ def _compare_view(
     else:  # without truth: how far apart, neither better nor worse
         size = max(moved_m, math.radians(moved_deg) * extent.lever) / floor if floor is not None else 0.0
         verdict = "changed" if size > 1 else "same"
-    return ViewComparison(method, view, a["status"], b["status"], errors, moved_m, moved_deg, floor, verdict, size)
+    return ViewComparison(method, b.view, a.status, b.status, errors, moved_m, moved_deg, floor, verdict, size)
+
+
+def _differences(a: ViewErrors, b: ViewErrors, floors: Mapping[str, float]) -> dict[str, Difference]:
+    """The judged errors that both know."""
+    both = {name: (getattr(a, name), getattr(b, name)) for name in JUDGED}
+    return {name: Difference(*pair, floors[name]) for name, pair in both.items() if None not in pair}
 
 
 def _without_motion(view: ViewComparison) -> ViewComparison:
@@ -169,17 +174,33 @@ def _floors(floor_m: float, extent: Extent, places: Sequence[np.ndarray]) -> dic
     }
 
 
-def _standing(view: Mapping[str, Any], extent: Extent | None) -> int:
-    """How much a status is worth: an ok that is wrong is worth less than a failure that says so."""
-    degrees, metres = view["rotation_error_deg"], view["center_error_m"]
+def _standing(view: ViewEstimate, extent: Extent | None) -> int:
+    """The worth of a status: an ok that is wrong is worth less than a failure that says so."""
+    degrees, metres = view.errors.rotation_error_deg, view.errors.center_error_m
     wrong = degrees is not None and degrees > WRONG_DEG
     wrong |= metres is not None and extent is not None and metres > WRONG_SHARE * extent.diameter
-    return 0 if view["status"] == "ok" and wrong else _STANDING.get(view["status"], 1)
+    return -1 if view.status == Status.OK and wrong else view.status.rank
 
 
-def _compare_category(a: Mapping[str, Any], b: Mapping[str, Any], truth: str | None) -> Category:
+def _compare_categories(a: Results, b: Results) -> tuple[Category | None, dict[int, Category]]:
+    """The category of the session, and those of single views that differ."""
+    shown_a, shown_b = a.classification, b.classification
+    if not (shown_a and shown_b):
+        return None, {}
+    truths = {a.session.category, b.session.category}
+    truth = truths.pop() if len(truths) == 1 else None
+    known = truth if truth in {*shown_a.categories, *shown_b.categories} or truth is None else "unknown"
+    by_view = {view.view: view for view in shown_a.views}
+    pairs = {v.view: (by_view[v.view], v) for v in shown_b.views if v.view in by_view}
+    found = {view: _compare_category(*pair, known) for view, pair in pairs.items()}
+    return _compare_category(shown_a, shown_b, known), {view: pair for view, pair in found.items() if pair.a != pair.b}
+
+
+def _compare_category(
+    a: SessionClassification | ViewClassification, b: SessionClassification | ViewClassification, truth: str | None
+) -> Category:
     """Right is better than unknown, unknown than wrong; without a truth a change is neither."""
-    names = [found["category"] if found["known"] else "unknown" for found in (a, b)]
+    names = a.answer, b.answer
     if names[0] == names[1]:
         return Category(*names, "same")
     if truth is None:
@@ -188,14 +209,65 @@ def _compare_category(a: Mapping[str, Any], b: Mapping[str, Any], truth: str | N
     return Category(*names, "changed" if worth[0] == worth[1] else ("worse" if worth[1] < worth[0] else "better"))
 
 
-def _total(method: str, a: Run, b: Run) -> Totals:
-    of = [{view["view"]: view for view in run.results["reconstruction"][method]["views"]} for run in (a, b)]
+def _total(method: str, a: ResultsFolder, b: ResultsFolder) -> Totals:
+    of = [{view.view: view for view in folder.results.reconstruction[method].views} for folder in (a, b)]
     common = [[views[view] for view in of[0].keys() & of[1].keys()] for views in of]
-    failed = [sum(view["status"] != "ok" for view in views) for views in common]
-    errors = [[v["center_error_m"] for v in views if v["center_error_m"] is not None] for views in common]
-    seconds = [run.seconds.get("methods", {}).get(method, {}).get("total") for run in (a, b)]
+    failed = [sum(view.status != Status.OK for view in views) for views in common]
+    errors = [[e for view in views if (e := view.errors.center_error_m) is not None] for views in common]
+    seconds = [folder.seconds.get("methods", {}).get(method, {}).get("total") for folder in (a, b)]
     return Totals(
         (failed[0], failed[1]),
         (max(errors[0]), max(errors[1])) if all(errors) else None,
         (seconds[0], seconds[1]) if None not in seconds else None,
     )
+
+
+def describe_differences(a: Results, b: Results) -> Iterator[str]:
+    """What differs between two results besides what came out, a phrase each."""
+    keys = [a.key, b.key]
+    names = [a.session.name, b.session.name]
+    if names[0] != names[1]:
+        yield f"session: {names[0]} in A, {names[1]} in B"
+    if not same_recording(a, b):
+        yield "another recording: differences may be of the input; poses are compared by their errors alone"
+    rest = [{name: value for name, value in key.items() if name not in ("input_sha256", "settings")} for key in keys]
+    for name in (name for name in rest[1] if rest[0].get(name) != rest[1][name]):
+        label = "model" if name == "model_sha256" else name
+        values = [_brief(key.get(name)) for key in rest]
+        yield f"{label}: {values[0]} in A, {values[1]} in B"
+    settings = [dict(_flatten(key["settings"])) for key in keys]
+    differing = [name for name in settings[1] | settings[0] if settings[0].get(name) != settings[1].get(name)]
+    for name in differing[:SHOWN_SETTINGS]:
+        yield f"settings: {name} = {_brief(settings[0].get(name))} in A, {_brief(settings[1].get(name))} in B"
+    if len(differing) > SHOWN_SETTINGS:
+        yield f"settings: {len(differing) - SHOWN_SETTINGS} more differ"
+    if keys[0] == keys[1]:
+        old, new = a.versions, b.versions
+        libraries = [f"{name} {old.get(name)} in A, {version} in B" for name, version in new.items()]
+        libraries = [text for text, name in zip(libraries, new, strict=True) if old.get(name) != new[name]]
+        yield "the same recording and settings, yet other results: " + ("; ".join(libraries) or "by the same libraries")
+    used = [a.session.views_used, b.session.views_used]
+    for views, others, name in ((used[0], used[1], "A"), (used[1], used[0], "B")):
+        if only := [view for view in views if view not in others]:
+            yield f"views in {name} only: {', '.join(map(str, only))}"
+    if a.origin != b.origin:
+        yield f"frame {{0}} is view {a.origin} in A, view {b.origin} in B: poses and errors cannot be compared"
+    damages = [a.input.damage, b.input.damage]
+    if damages[0] != damages[1]:
+        yield f"damage: {damages[0] or 'none'} in A, {damages[1] or 'none'} in B"
+
+
+def _flatten(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in settings.items():
+        if isinstance(value, Mapping):
+            yield from _flatten(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(str, value))
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return f"{value[:8]}..." if isinstance(value, str) and len(value) == 64 else str(value)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.status import METHODS
 
 Verdict = Literal["worse", "changed", "better", "same"]  # in the order in which they are told
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)

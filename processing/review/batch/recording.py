@@ -7,9 +7,8 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from orbitscan.processing.results.batch_table import Row, worst_first
+from orbitscan.processing.results.batch_table import Row, methods_of, worst_first
 from orbitscan.processing.results.confusion import Confusion
-from orbitscan.processing.results.records import METHODS
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.batch.confusion import describe_confusion, log_confusion, view_confusion
 from orbitscan.processing.review.curves import ROUNDING
@@ -30,7 +29,7 @@ def write_batch(path: Path, name: str, rows: Sequence[Row], confusion: Confusion
     Curves are over `worst_first`: of the recordings in that order, and of each method's errors in their own.
     """
     rows = worst_first(rows)
-    methods = [m for m in METHODS if any(row.results and m in row.results["reconstruction"] for row in rows)]
+    methods = methods_of(rows)
     known = any(_errors(rows, method, key).size for method in methods for _, key, _ in _ERRORS.values())
     with whole_recording(path, name, _lay_out(known, confusion)) as stream:
         stream.log("/summary", make_document("\n".join(_summarize(name, rows, methods, confusion))), static=True)
@@ -51,7 +50,7 @@ def write_batch(path: Path, name: str, rows: Sequence[Row], confusion: Confusion
 def conclude(rows: Sequence[Row]) -> str:
     """One sentence: how many recordings have results, and how many of their views are placed."""
     done = [row for row in rows if row.results]
-    views = sum(len(row.results["session"]["views_used"]) for row in done)
+    views = sum(row.views for row in done)
     failed = sum(row.of_best("failed_views") or 0 for row in done)
     text = f"{len(done):,} of {len(rows):,} recordings have results; "
     text += f"{views - failed:,} of their {views:,} views are placed with confidence"
@@ -79,20 +78,20 @@ def _summarize(name: str, rows: Sequence[Row], methods: Sequence[str], confusion
 
 
 def _describe_method(rows: Sequence[Row], method: str) -> list[str]:
-    of = [row for row in rows if row.results and method in row.results["reconstruction"]]
-    failed = sum(row.results["reconstruction"][method]["summary"]["failed_views"] for row in of)
-    views = sum(len(row.results["session"]["views_used"]) for row in of)
+    of = [row for row in rows if row.results and method in row.results.reconstruction]
+    failed = sum(row.of(method, "failed_views") for row in of)
+    views = sum(row.views for row in of)
     cells = [method, f"{len(of):,}", f"{failed:,} of {views:,}"]
     for _, key, factor in _ERRORS.values():
         errors = factor * _errors(of, method, key)
         cells += [number(float(np.median(errors))), number(float(errors.max()))] if errors.size else ["", ""]
-    return [*cells, number(float(np.median([row.seconds["methods"][method]["total"] for row in of])))]
+    return [*cells, number(float(np.median([row.seconds(method) for row in of])))]
 
 
 def _tabulate(rows: Sequence[Row]) -> Iterator[str]:
     shown = rows[:SHOWN_ROWS]
     left = len(rows) - len(shown)
-    yield "Worst first, by the best method of each." + (f" {left:,} less bad ones are in summary.csv." if left else "")
+    yield "Worst first, by the best method of each." + (f" {left:,} better ones are in summary.csv." if left else "")
     yield ""
     header = ["recording", "status", "not placed", "centre, max [mm]", "chordal, max", "category", "taken for"]
     yield from write_table([*header, "seconds", "problem"], [_describe_recording(row) for row in shown])
@@ -102,16 +101,16 @@ def _describe_recording(row: Row) -> list[str]:
     problem = (row.problem or "").replace("|", "/")
     if not row.results:
         return [row.session, row.status, *[""] * 6, problem]
-    answer = row.results["classification"]
+    answer = row.results.classification
     return [
         row.session,
         row.status,
-        f"{row.of_best('failed_views')} of {len(row.results['session']['views_used'])}",
+        f"{row.of_best('failed_views')} of {row.views}",
         in_mm(row.of_best("max_center_error_m")),
         number(row.of_best("max_rotation_error_chordal")),
-        row.results["session"]["category"] or "",
-        (answer["category"] or "unknown") if answer else "",
-        number(row.seconds["total"]),
+        row.results.session.category or "",
+        answer.answer if answer else "",
+        number(row.folder.seconds["total"]),
         problem,
     ]
 
@@ -127,14 +126,13 @@ def _distributions(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[tupl
 
 def _over_recordings(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[tuple]:
     for method in methods:
-        ranks = [i for i, row in enumerate(rows) if row.results and method in row.results["reconstruction"]]
-        found = [rows[i].results["reconstruction"][method]["summary"] for i in ranks]
-        failed = np.array([summary["failed_views"] for summary in found], dtype=float)
+        ranks = [i for i, row in enumerate(rows) if row.results and method in row.results.reconstruction]
+        failed = np.array([rows[i].of(method, "failed_views") for i in ranks], dtype=float)
         yield _curve(f"/recordings/failed_views/{method}", method, np.array(ranks), failed)
-        seconds = np.array([rows[i].seconds["methods"][method]["total"] for i in ranks])
+        seconds = np.array([rows[i].seconds(method) for i in ranks])
         yield _curve(f"/recordings/seconds/{method}", method, np.array(ranks), seconds)
         for quantity, (_, key, factor) in _ERRORS.items():
-            pairs = [(i, s[key]) for i, s in zip(ranks, found, strict=True) if s[key] is not None]
+            pairs = [(i, error) for i in ranks if (error := rows[i].of(method, key)) is not None]
             if pairs:
                 at, errors = map(np.array, zip(*pairs, strict=True))
                 yield _curve(f"/recordings/{quantity}/{method}", method, at, _log(factor * errors))
@@ -146,13 +144,8 @@ def _curve(entity: str, method: str, at: np.ndarray, values: np.ndarray) -> tupl
     return entity, style, rr.TimeColumn(_RANK, sequence=at), values
 
 
-def _error(row: Row, method: str, key: str) -> float | None:
-    of_method = row.results["reconstruction"].get(method) if row.results else None
-    return of_method["summary"][key] if of_method else None
-
-
 def _errors(rows: Sequence[Row], method: str, key: str) -> np.ndarray:
-    return np.array([e for row in rows if (e := _error(row, method, key)) is not None], dtype=float)
+    return np.array([e for row in rows if (e := row.of(method, key)) is not None], dtype=float)
 
 
 def _log(errors: np.ndarray) -> np.ndarray:

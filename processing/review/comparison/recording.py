@@ -2,15 +2,14 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
 from orbitscan.processing.results.comparison.records import Comparison, SessionComparison
-from orbitscan.processing.results.comparison.run import Run, read_run
-from orbitscan.processing.results.comparison.uncertainty import Extent
+from orbitscan.processing.results.folder import Extent, ResultsFolder, read_results
+from orbitscan.processing.results.records import ViewEstimate
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.comparison.words import (
     FLOOR_WORDS,
@@ -41,8 +40,8 @@ def write_comparison(path: Path, found: Comparison, a: Path, b: Path) -> None:
     """
     batch = not (a / "results.json").is_file()
     sessions = [s for s in found.sessions if s.verdict != "same"][:SHOWN_SESSIONS] if batch else list(found.sessions)
-    runs = {s.name: [read_run(side / s.name if batch else side) for side in (a, b)] for s in sessions}
-    size = sum(_POINT_BYTES * len(run.model) for pair in runs.values() for run in pair if run.model is not None)
+    runs = {s.name: [read_results(side / s.name if batch else side) for side in (a, b)] for s in sessions}
+    size = sum(_POINT_BYTES * len(run.model[0]) for pair in runs.values() for run in pair if run.model is not None)
     with whole_recording(path, f"comparison-{path.stem}", _lay_out(sessions, runs, batch), size + (4 << 20)) as stream:
         stream.log("/summary", make_document(_summarize(found)), static=True)
         for session in sessions:
@@ -59,15 +58,16 @@ def _summarize(found: Comparison) -> str:
     return "\n".join([*lines, FLOOR_WORDS])
 
 
-def _log_session(stream: rr.RecordingStream, session: SessionComparison, a: Run, b: Run) -> None:
+def _log_session(stream: rr.RecordingStream, session: SessionComparison, a: ResultsFolder, b: ResultsFolder) -> None:
     origin = entity_path(session.name)
     stream.log(f"{origin}/words", make_document(describe_session(session, SHOWN_VIEWS)), static=True)
     for side, run in zip(_SIDES, (a, b), strict=True):
         if run.model is not None:
-            colors = entities.PLAIN_COLOR if run.colors is None else run.colors
-            stream.log(f"{origin}/model/{side}", rr.Points3D(run.model, colors=colors, radii=-1.5), static=True)
+            points, colors = run.model
+            drawn = rr.Points3D(points, colors=entities.PLAIN_COLOR if colors is None else colors, radii=-1.5)
+            stream.log(f"{origin}/model/{side}", drawn, static=True)
         for method in session.methods:
-            for quantity, values in _errors(run.results["reconstruction"][method]["views"]):
+            for quantity, values in _errors(run.results.reconstruction[method].views):
                 name, color = f"{side.upper()} {method}", _color(method, side)
                 _log_curve(stream, f"{origin}/errors/{quantity}/{method}_{side}", name, color, values)
     for method in session.methods:
@@ -82,11 +82,11 @@ def _log_session(stream: rr.RecordingStream, session: SessionComparison, a: Run,
         _log_curve(stream, path, f"chance, {best}", entities.ENTROPY_COLOR, floors)
 
 
-def _errors(views: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, dict[int, float]]]:
+def _errors(views: Sequence[ViewEstimate]) -> Iterator[tuple[str, dict[int, float]]]:
     """Each error by view, in the units of its plot."""
     for quantity, (_, error, factor) in entities.LOG_ERRORS.items():
-        field = entities.error_field(error)
-        yield quantity, {view["view"]: factor * view[field] for view in views if view[field] is not None}
+        errors = {view.view: getattr(view.errors, entities.error_field(error)) for view in views}
+        yield quantity, {view: factor * value for view, value in errors.items() if value is not None}
 
 
 def _log_curve(
@@ -100,7 +100,9 @@ def _log_curve(
         stream.send_columns(path, [times], rr.Scalars.columns(scalars=list(known.values())))
 
 
-def _lay_out(sessions: Sequence[SessionComparison], runs: Mapping[str, Sequence[Run]], batch: bool) -> rrb.Blueprint:
+def _lay_out(
+    sessions: Sequence[SessionComparison], runs: Mapping[str, Sequence[ResultsFolder]], batch: bool
+) -> rrb.Blueprint:
     summary = rrb.TextDocumentView(origin="/summary", name="Summary")
     tabs = [_lay_out_session(session.name, *runs[session.name]) for session in sessions]
     return make_blueprint(
@@ -109,13 +111,13 @@ def _lay_out(sessions: Sequence[SessionComparison], runs: Mapping[str, Sequence[
     )
 
 
-def _lay_out_session(name: str, a: Run, b: Run) -> rrb.Vertical:
+def _lay_out_session(name: str, a: ResultsFolder, b: ResultsFolder) -> rrb.Vertical:
     origin = entity_path(name)
     eye = _look_at(a.extent or b.extent)
     models = [
         rrb.Spatial3DView(
             origin=f"{origin}/model/{side}",
-            name=f"Model of {side.upper()}: {run.folder}",
+            name=f"Model of {side.upper()}: {run.path}",
             background=entities.BACKGROUND,
             line_grid=False,
             eye_controls=eye,
@@ -151,9 +153,9 @@ def _title(quantity: str) -> str:
     return f"{entities.ERRORS[error].split('[')[0].strip(' ,')}, log10{unit}; A pale"
 
 
-def _has_truth(*runs: Run) -> bool:
-    methods = (method for run in runs for method in run.results["reconstruction"].values())
-    return any(view["center_error_m"] is not None for method in methods for view in method["views"])
+def _has_truth(*runs: ResultsFolder) -> bool:
+    methods = (method for run in runs for method in run.results.reconstruction.values())
+    return any(view.errors.center_error_m is not None for method in methods for view in method.views)
 
 
 def _look_at(extent: Extent | None) -> rrb.EyeControls3D | None:

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.batch_table import Row, methods_of
 from orbitscan.processing.review.figures.style import (
     ERRORS,
     FOLDER,
@@ -21,29 +20,27 @@ from orbitscan.processing.review.figures.style import (
     save,
 )
 
-Summaries = Mapping[str, Mapping[str, Mapping[str, Any]]]  # session -> method -> its summary in results.json
 
-
-def write_batch_figure(folder: Path, summaries: Summaries) -> list[Path]:
+def write_batch_figure(folder: Path, rows: Sequence[Row]) -> list[Path]:
     """Write `figures/errors` of a batch into its folder; the paths, none without truth. Raises UnwritableOutput."""
-    figure = draw_batch(summaries)
+    figure = draw_batch(rows)
     return [] if figure is None else save(figure, folder / FOLDER / "errors")
 
 
-def draw_batch(summaries: Summaries) -> Figure | None:
+def draw_batch(rows: Sequence[Row]) -> Figure | None:
     """Each session's largest errors by each method, with their median; None where no truth is known.
 
     Below a method stands how many of the sessions have a view that it did not place with confidence.
     """
-    methods = [method for method in METHODS if any(method in of_session for of_session in summaries.values())]
-    if not any(_largest(summaries, method, ERRORS[0]) for method in methods):
+    methods = methods_of(rows)
+    if not any(_largest(rows, method, ERRORS[0]) for method in methods):
         return None
-    names = [f"{method}\n{_count_failed(summaries, method)}" for method in methods]
-    known = max(len(_largest(summaries, method, ERRORS[0])) for method in methods)
+    names = [f"{method}\n{_count_failed(rows, method)}" for method in methods]
+    known = max(len(_largest(rows, method, ERRORS[0])) for method in methods)
     with rc_context(STYLE):
         figure = Figure(figsize=(8.5, 3.6), layout="constrained", dpi=150)
         for axes, quantity in zip(figure.subplots(1, len(ERRORS)), ERRORS, strict=True):
-            _draw_strips(axes, {method: _largest(summaries, method, quantity) for method in methods})
+            _draw_strips(axes, {method: _largest(rows, method, quantity) for method in methods})
             axes.set_xticks(range(len(methods)), names, fontsize=7)
             axes.set_ylabel("largest " + quantity.label.replace("\n", " "))
         title = f"{known} session{'' if known == 1 else 's'} with ground truth: the largest error of each"
@@ -69,12 +66,12 @@ def _draw_strips(axes: Axes, samples: Mapping[str, Sequence[float]]) -> None:
     axes.grid(visible=False, axis="x")
 
 
-def _largest(summaries: Summaries, method: str, quantity: Quantity) -> list[float]:
+def _largest(rows: Sequence[Row], method: str, quantity: Quantity) -> list[float]:
     """Of each session that has the method and a truth."""
-    found = [of_session[method][f"max_{quantity.name}"] for of_session in summaries.values() if method in of_session]
+    found = [row.of(method, f"max_{quantity.name}") for row in rows]
     return [quantity.factor * value for value in found if value is not None]
 
 
-def _count_failed(summaries: Summaries, method: str) -> str:
-    counts = [of_session[method]["failed_views"] for of_session in summaries.values() if method in of_session]
+def _count_failed(rows: Sequence[Row], method: str) -> str:
+    counts = [count for row in rows if (count := row.of(method, "failed_views")) is not None]
     return f"{sum(count > 0 for count in counts)} of {len(counts)}"

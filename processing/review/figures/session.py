@@ -1,8 +1,8 @@
 """Error curves for papers and reports, from results.json: a curve for each method over the views of a session."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from orbitscan.processing.results.edges import strongest
-from orbitscan.processing.results.files import read_results
-from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.results.folder import Results, read_results
+from orbitscan.processing.results.records import MethodResult, ViewEstimate
+from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review.curves import ROUNDING
 from orbitscan.processing.review.figures.style import (
     ERRORS,
@@ -42,31 +42,32 @@ def write_figures(folder: Path) -> list[Path]:
 
     None where there is nothing to draw: a single view without truth. Raises UnwritableOutput.
     """
-    results = read_results(folder)
+    results = read_results(folder).results
     return [path for name, figure in draw_session(results).items() for path in save(figure, folder / FOLDER / name)]
 
 
-def draw_session(results: Mapping[str, Any]) -> dict[str, Figure]:
-    """The figure of a results.json by its name: `errors` against the truth, else the `evidence` of the pairs."""
-    errors = {method: {v["view"]: v for v in found["views"]} for method, found in results["reconstruction"].items()}
+def draw_session(results: Results) -> dict[str, Figure]:
+    """The figure of a session by its name: `errors` against the truth, else the `evidence` of the pairs."""
+    errors = {
+        method: {v.view: asdict(v.errors) for v in found.views} for method, found in results.reconstruction.items()
+    }
     if any(view[ERRORS[0].name] is not None for views in errors.values() for view in views.values()):
-        title = f"{results['session']['name']}: errors against the ground truth"
-        return {"errors": _draw(results, ERRORS, errors, title)}
-    evidence = {method: _read_evidence(found["pairs"]) for method, found in results["reconstruction"].items()}
+        return {"errors": _draw(results, ERRORS, errors, f"{results.session.name}: errors against the ground truth")}
+    evidence = {method: _evidence(found) for method, found in results.reconstruction.items()}
     if any(evidence.values()):
-        title = f"{results['session']['name']}: how well the views fit, no ground truth"
+        title = f"{results.session.name}: how well the views fit, no ground truth"
         return {"evidence": _draw(results, EVIDENCE, evidence, title)}
     return {}
 
 
 def _draw(
-    results: Mapping[str, Any],
+    results: Results,
     quantities: Sequence[Quantity],
-    values: Mapping[str, Mapping[int, Mapping[str, Any]]],
+    values: Mapping[Method, Mapping[int, Mapping[str, float | None]]],
     title: str,
 ) -> Figure:
     """A plot for each quantity over the views, a curve for each method; `values` by method, view and quantity."""
-    used = sorted(results["session"]["views_used"])
+    used = sorted(results.session.views_used)
     with rc_context(STYLE):
         figure = Figure(figsize=(7.0, 7.0), layout="constrained", dpi=150)
         plots = figure.subplots(len(quantities), 1, sharex=True)
@@ -77,7 +78,7 @@ def _draw(
             }
             _draw_curves(axes, used, curves, quantity)
             for number, (method, curve) in enumerate(curves.items()):
-                _mark_failed(axes, results["reconstruction"][method]["views"], used, curve, method, number)
+                _mark_failed(axes, results.reconstruction[method].views, used, curve, method, number)
         plots[-1].set_xlabel("view (recorded index)")
         plots[-1].set_xlim(used[0] - 0.5, used[-1] + 0.5)  # views without values have a place too
         plots[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -104,54 +105,39 @@ def _draw_curves(axes: Axes, used: Sequence[int], curves: Mapping[str, np.ndarra
 
 
 def _mark_failed(
-    axes: Axes, views: Sequence[Mapping[str, Any]], used: Sequence[int], curve: np.ndarray, method: str, number: int
+    axes: Axes, views: Sequence[ViewEstimate], used: Sequence[int], curve: np.ndarray, method: str, number: int
 ) -> None:
     """Marks on the curve of what is not ok, and on the axis of what has no pose, those of the methods side by side."""
-    status = {view["view"]: "no pose" if view["T_0_i"] is None else view["status"] for view in views}
+    status = {view.view: None if view.T_0_i is None else view.status for view in views}
     for view, value in zip(used, curve, strict=True):
-        if status[view] == "no pose":
+        if status[view] is None:
             place = {"transform": axes.get_xaxis_transform(), "clip_on": False}
             aside = BESIDE * (number - 1.5)
             axes.plot([view + aside], [0.0], color=method_color(method), **_NO_POSE, **place)
-        elif status[view] != "ok" and np.isfinite(value):
-            axes.plot([view], [value], marker="+" if status[view] == "ambiguous" else "x", **_MARK)
+        elif status[view] != Status.OK and np.isfinite(value):
+            axes.plot([view], [value], marker="+" if status[view] == Status.AMBIGUOUS else "x", **_MARK)
 
 
 def _legend_line(method: str) -> Line2D:
     return Line2D([], [], label=method, **method_line(method, marked=True))
 
 
-def _legend_marks(results: Mapping[str, Any]) -> list[Line2D]:
+def _legend_marks(results: Results) -> list[Line2D]:
     """The marks that occur, in words."""
-    views = [view for found in results["reconstruction"].values() for view in found["views"]]
-    placed = {view["status"] for view in views if view["T_0_i"] is not None}
-    marks = [Line2D([], [], marker="+", label="ambiguous", **_MARK)] if "ambiguous" in placed else []
-    marks += [Line2D([], [], marker="x", label="failed", **_MARK)] if placed - {"ok", "ambiguous"} else []
-    if any(view["T_0_i"] is None for view in views):
+    views = [view for found in results.reconstruction.values() for view in found.views]
+    placed = {view.status for view in views if view.T_0_i is not None}
+    marks = [Line2D([], [], marker="+", label="ambiguous", **_MARK)] if Status.AMBIGUOUS in placed else []
+    marks += [Line2D([], [], marker="x", label="failed", **_MARK)] if any(s.rank == 0 for s in placed) else []
+    if any(view.T_0_i is None for view in views):
         marks.append(Line2D([], [], color="#666666", label="no pose, on the axis", **_NO_POSE))
     return marks
 
 
-def _value(of_view: Mapping[str, Any], quantity: Quantity) -> float:
+def _value(of_view: Mapping[str, float | None], quantity: Quantity) -> float:
     value = of_view.get(quantity.name)
     return np.nan if value is None else quantity.factor * value
 
 
-def _read_evidence(pairs: Sequence[Mapping[str, Any]]) -> dict[int, dict[str, Any]]:
-    """Source view -> the evidence and the confidence of the pair that speaks for it."""
-    read = [
-        PairEstimate(
-            pair["source"],
-            pair["target"],
-            None,
-            pair["status"],
-            pair["confidence"],
-            Evidence(**pair["evidence"]),
-            freedoms=tuple(pair["unobservable"]),
-        )
-        for pair in pairs
-    ]
-    return {
-        view: {"overlap": pair.evidence.overlap, "rmse_m": pair.evidence.rmse_m, "confidence": pair.confidence}
-        for view, pair in strongest(read).items()
-    }
+def _evidence(found: MethodResult) -> dict[int, dict[str, float | None]]:
+    """View -> the evidence and the confidence of the pair that speaks for it."""
+    return {view: asdict(pair.evidence) | {"confidence": pair.confidence} for view, pair in found.speaking.items()}

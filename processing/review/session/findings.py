@@ -5,23 +5,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import rerun as rr
 
-from orbitscan.processing.results.edges import Disagreement, left_out, strongest
+from orbitscan.processing.results.edges import Disagreement, left_out
 from orbitscan.processing.results.records import Candidate, PairEstimate, SessionResult, ViewEstimate, ViewResult
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.review.markdown import describe_freedom, in_mm, name_view, number
 from orbitscan.recorder import poses
 
-WORDS = {
-    "ambiguous": "several poses explain it equally well, or a motion of it changes nothing that the views show",
-    "too_few_points": "too few points to register",
-    "too_few_keypoints": "too little structure for keypoints",
-    "too_few_matches": "too few descriptors match",
-    "no_consensus": "no motion explains enough of the matches",
-    "diverged": "the surfaces that should overlap lie apart",
-    "low_overlap": "too little of the surface lies on the earlier view",
-    "inconsistent": "a surface would be seen through another",
-    "not_connected": "its own pair may be right, but no pairs that are lead from it to the first view",
-    "unreadable": "its recorded cloud is damaged",
-}
 SAME = 1e-6  # degrees: errors that differ by less are equal
 
 
@@ -31,7 +20,7 @@ def list_findings(result: ViewResult, methods: Sequence[str]) -> Iterator[tuple[
     if result.damage:
         yield rr.TextLogLevel.ERROR, f"{subject}: {result.damage}"
     for method, estimate in result.poses.items():
-        if method in methods and estimate.status != "ok":
+        if method in methods and estimate.status != Status.OK:
             yield _level(estimate), f"{subject}, {method}: {explain(estimate, result.pairs.get(method))}"
 
 
@@ -41,11 +30,14 @@ def list_joint_findings(result: SessionResult) -> Iterator[tuple[int, str, str]]
     if found is None:
         return
     names = dict(zip(result.views_used, result.view_names, strict=True))
-    pairs = strongest(found.pairs)
     for estimate in found.views:
-        if estimate.status not in ("ok", "unreadable"):  # that has been said
+        if estimate.status not in (Status.OK, Status.UNREADABLE):  # that has been said
             subject = name_view(estimate.view, names[estimate.view])
-            yield estimate.view, _level(estimate), f"{subject}, refined: {explain(estimate, pairs.get(estimate.view))}"
+            yield (
+                estimate.view,
+                _level(estimate),
+                f"{subject}, refined: {explain(estimate, found.speaking.get(estimate.view))}",
+            )
     for pair, disagreement in left_out(found):
         yield pair.source, rr.TextLogLevel.WARN, f"refined: {explain_left_out(pair, disagreement)}"
 
@@ -84,9 +76,9 @@ def describe_starts(pair: PairEstimate) -> str:
     return "; ".join(f"{', '.join(starts)} {fate}" for fate, starts in fates.items())
 
 
-def describe_status(status: str) -> str:
+def describe_status(status: Status) -> str:
     """A status, and in words what it means where it is not ok."""
-    return status if status == "ok" else f"{status} ({WORDS.get(status, 'see the evidence')})"
+    return status if status == Status.OK else f"{status} ({status.meaning})"
 
 
 def describe_free_motions(pair: PairEstimate) -> Iterator[str]:
@@ -101,10 +93,10 @@ def describe_free_motions(pair: PairEstimate) -> Iterator[str]:
 def list_starts(pair: PairEstimate) -> Iterator[tuple[Candidate, str]]:
     """The starts that competed for a pair, best first, and what became of each: chosen, or why it lost."""
     for start in pair.candidates:
-        reason = WORDS.get(start.status, start.status)
+        reason = start.status.meaning
         if start.start == pair.start:
-            yield start, "was chosen" if start.status == "ok" else f"was chosen all the same: {reason}"
-        elif start.status == "ok":
+            yield start, "was chosen" if start.status == Status.OK else f"was chosen all the same: {reason}"
+        elif start.status == Status.OK:
             yield start, "would hold too, but the surfaces agree less" if pair.start else "would hold"
         else:
             yield start, f"lost: {reason}"

@@ -9,9 +9,9 @@ from typing import Self
 import numpy as np
 import rerun as rr
 
-from orbitscan.processing.reconstruction.coverage import Coverage, measure_coverage
-from orbitscan.processing.results.edges import count_edges, strongest
-from orbitscan.processing.results.records import METHODS, MethodResult, SessionResult, ViewClassification, ViewResult
+from orbitscan.processing.results.edges import count_edges
+from orbitscan.processing.results.records import MethodResult, SessionResult, ViewClassification, ViewResult
+from orbitscan.processing.results.status import METHODS, Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.curves import (
     Curves,
@@ -109,7 +109,7 @@ class SessionReview:
                 self._placed.log_placed(method, estimate)
                 self._placed.log_cloud(method, result, estimate.status)
         if self._joint and self._scene is not None:
-            self._placed.log_cloud("refined", result, "ok")
+            self._placed.log_cloud("refined", result, Status.OK)
         for method in self._methods:
             if method in result.poses:
                 self._curves.add(result.view, error_values(method, result.poses[method].errors))
@@ -138,12 +138,11 @@ class SessionReview:
         if self._joint and self._scene is not None:
             self._placed.log_joint(best, stamps_ns)
         self._complete_curves(result, stamps_ns)
-        coverage = self._measure_coverage(result, best)
-        self._log_marks(result, best, coverage)
+        self._log_marks(result, best)
         if result.model is not None:
             marks.log_model(self._stream, result.model, self._scene.up)
         self._send_layout(result, best)
-        self._log_text("/summary", summary.summarize(result, self._methods, coverage))
+        self._log_text("/summary", summary.summarize(result, self._methods))
         self._log_text("/table", tables.tabulate_views(result, self._methods))
         self._log_stories(result, stamps_ns)
         for view, level, text in (*findings.list_joint_findings(result), *classification.list_dissent(result)):
@@ -188,7 +187,7 @@ class SessionReview:
     def _complete_curves(self, result: SessionResult, stamps_ns: Mapping[int, int]) -> None:
         for method, found in result.reconstruction.items():
             self._curves.complete({v.view: error_values(method, v.errors) for v in found.views}, stamps_ns)
-            pairs = strongest(found.pairs).items()
+            pairs = found.speaking.items()
             self._curves.complete({view: evidence_values(method, pair) for view, pair in pairs}, stamps_ns)
         if self._joint:
             held = count_edges(result.reconstruction["refined"].pairs).items()
@@ -199,20 +198,12 @@ class SessionReview:
             of_view = {d.view: turntable_values(self._methods[-1], d) for d in result.turntable.deviations}
             self._curves.complete(of_view, stamps_ns)
 
-    def _measure_coverage(self, result: SessionResult, best: MethodResult) -> Coverage | None:
-        """Of the views that the best method places with confidence, in its own frame: never the truth's."""
-        if self._scene is None:
-            return None
-        placed = {v.view: v.T_0_i for v in best.views if v.status == "ok"}
-        sensor = None if self._info.sensor_origin is None else np.array(self._info.sensor_origin, float)
-        return measure_coverage(placed, sensor, self._scene.center, result.turntable)
-
-    def _log_marks(self, result: SessionResult, best: MethodResult, coverage: Coverage | None) -> None:
+    def _log_marks(self, result: SessionResult, best: MethodResult) -> None:
         if result.turntable is not None:
             self._log_marked("/turntable/axis", *marks.draw_turntable(result.turntable, self._scene))
         for number, freedom in enumerate(best.freedoms[:SHOWN_FREEDOMS]):
             self._log_marked(f"/free/{number:02d}", *marks.draw_freedom(freedom, self._scene))
-        if coverage is not None:
+        if (coverage := result.coverage) is not None:
             for number, gap in enumerate(coverage.gaps[:SHOWN_GAPS]):
                 self._log_marked(entities.gap_path(number), *marks.draw_gap(gap, coverage, self._scene))
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.results.edges import strongest
 from orbitscan.processing.results.records import MethodResult
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.markdown import number
@@ -34,7 +33,7 @@ def shade_views(found: MethodResult) -> Shading | None:
         stops, words = np.log10(ERROR_STEPS_MM), [f"{number(step)} mm" for step in ERROR_STEPS_MM]
         quantity, meaning = "error", "error of the object's centre"
     else:
-        places = {view: -pair.confidence for view, pair in strongest(found.pairs).items()}
+        places = {view: -pair.confidence for view, pair in found.speaking.items()}
         stops, words = -np.array(CONFIDENCE_STEPS), [number(step) for step in CONFIDENCE_STEPS]
         quantity, meaning = "confidence", "confidence (no ground truth)"
     if not places:

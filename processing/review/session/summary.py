@@ -5,15 +5,16 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.coverage import Coverage
-from orbitscan.processing.results.edges import left_out, strongest
+from orbitscan.processing.results.edges import left_out
 from orbitscan.processing.results.records import (
+    Coverage,
     MethodResult,
     SessionResult,
     Turntable,
     TurntableDeviation,
     ViewEstimate,
 )
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.review.markdown import describe_freedom, enumerate_views, in_mm, name_gap, name_view, number
 from orbitscan.processing.review.session.classification import describe_classification
 from orbitscan.processing.review.session.findings import explain
@@ -40,7 +41,7 @@ def conclude(result: SessionResult, method: str) -> str:
     views = result.reconstruction[method].views
     failed: defaultdict[str, list[int]] = defaultdict(list)
     for view in views:
-        if view.status != "ok":
+        if view.status != Status.OK:
             failed[view.status].append(view.view)
     text = f"{method} places {sum(view.status == 'ok' for view in views)} of {len(views)} views with confidence"
     text += "".join(f"; {status}: {enumerate_views(of_status)}" for status, of_status in sorted(failed.items())) + "."
@@ -53,17 +54,16 @@ def conclude(result: SessionResult, method: str) -> str:
     return text
 
 
-def summarize(result: SessionResult, methods: Sequence[str], coverage: Coverage | None = None) -> str:
+def summarize(result: SessionResult, methods: Sequence[str]) -> str:
     """The summary as Markdown; `methods` from worst to best."""
     best = methods[-1]
     found = result.reconstruction[best]
     lines = [f"## {result.info.name}", "", f"**{conclude(result, best)}**", "", *tabulate_methods(result, methods), ""]
     if failed := _worst_first(found):
         names = dict(zip(result.views_used, result.view_names, strict=True))
-        pairs = strongest(found.pairs)
         lines += ["### What is wrong, worst first", ""]
         for estimate in failed[:SHOWN_FAILURES]:
-            why = result.unreadable.get(estimate.view) or explain(estimate, pairs.get(estimate.view))
+            why = result.unreadable.get(estimate.view) or explain(estimate, found.speaking.get(estimate.view))
             lines.append(f"- **{name_view(estimate.view, names[estimate.view])}**: {why}")
         if len(failed) > SHOWN_FAILURES:
             lines.append(f"- and {len(failed) - SHOWN_FAILURES} more: see the log")
@@ -72,8 +72,8 @@ def summarize(result: SessionResult, methods: Sequence[str], coverage: Coverage 
         lines += [shown, ""]
     if result.turntable is not None:
         lines += [describe_turntable(result.turntable), ""]
-    if coverage is not None:
-        lines += [describe_coverage(coverage, result.turntable is not None), ""]
+    if result.coverage is not None:
+        lines += [describe_coverage(result.coverage, result.turntable is not None), ""]
     if free := describe_freedoms(found, _step_was_given(result)):
         lines += [free, ""]
     if best == "refined" and (dropped := len(left_out(found))):
@@ -116,10 +116,10 @@ def describe_coverage(coverage: Coverage, on_turntable: bool) -> str:
 
 def describe_freedoms(found: MethodResult, step_was_given: bool) -> str:
     """Which motions nothing determines, in which views, and what helps; empty where all are determined."""
-    ambiguous = [view.view for view in found.views if view.status == "ambiguous"]
+    ambiguous = [view.view for view in found.views if view.status == Status.AMBIGUOUS]
     free, frame = found.freedoms, " in the first view's frame"
     if ambiguous and not free:  # a method without a graph knows those of its pairs
-        pairs = strongest(found.pairs)
+        pairs = found.speaking
         free, frame = next((pairs[v].freedoms for v in ambiguous if v in pairs and pairs[v].freedoms), ()), ""
     if not free:
         return ""
@@ -130,17 +130,17 @@ def describe_freedoms(found: MethodResult, step_was_given: bool) -> str:
     if any(freedom.kind == "turn" for freedom in free):
         text += "The object looks the same all round; "
         if step_was_given:
-            text += "the step that `--step-deg` gave does not fit these views. "
+            text += "the step that was given does not fit these views. "
         else:
-            text += "`--step-deg N` uses your knowledge of the turntable's step. "
+            text += "`orbitscan process --step-deg N` uses your knowledge of the turntable's step. "
     if any(freedom.kind == "shift" for freedom in free):
         text += "The surface slides along itself; views that see an edge or an end of it would tell. "
     return text + "All else about these views is determined."
 
 
 def _worst_first(found: MethodResult) -> list[ViewEstimate]:
-    confidence = {view: pair.confidence for view, pair in strongest(found.pairs).items()}
-    failed = [view for view in found.views if view.status != "ok"]
+    confidence = {view: pair.confidence for view, pair in found.speaking.items()}
+    failed = [view for view in found.views if view.status != Status.OK]
     return sorted(failed, key=lambda v: (v.T_0_i is not None, confidence.get(v.view, 0.0), v.view))
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from orbitscan.processing.results.edges import count_edges, strongest
+from orbitscan.processing.results.edges import count_edges
 from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
 from orbitscan.processing.review.markdown import count, in_mm, number, percent, write_table
 from orbitscan.processing.review.session.classification import describe_view
@@ -14,7 +14,7 @@ from orbitscan.processing.review.session.findings import observable_error
 def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:
     """A row per view as a Markdown table: status, category, errors, evidence by the best method, the others' status."""
     *lesser, best = methods
-    pairs, edges = strongest(result.reconstruction[best].pairs), count_edges(result.reconstruction[best].pairs)
+    pairs, edges = result.reconstruction[best].speaking, count_edges(result.reconstruction[best].pairs)
     statuses = {method: {v.view: v.status for v in result.reconstruction[method].views} for method in lesser}
     names = dict(zip(result.views_used, result.view_names, strict=True))
     shown = {view.view: describe_view(view) for view in result.classification.views} if result.classification else {}
@@ -92,7 +92,7 @@ def _largest_observable(found: MethodResult) -> float | None:
 
 def _believed(found: MethodResult) -> list[PairEstimate]:
     """The pairs whose errors count: without those that say themselves that they are wrong."""
-    return [pair for pair in found.pairs if pair.status in ("ok", "ambiguous")]
+    return [pair for pair in found.pairs if pair.status.is_believed]
 
 
 def _largest(values: Iterable[float | None]) -> float | None:

@@ -6,8 +6,14 @@ from typing import Self
 
 import numpy as np
 
-from orbitscan.processing.results.edges import strongest
-from orbitscan.processing.results.records import METHODS, PairEstimate, ViewClassification, ViewEstimate, ViewResult
+from orbitscan.processing.results.records import (
+    PairEstimate,
+    ViewClassification,
+    ViewEstimate,
+    ViewResult,
+    speaking_pairs,
+)
+from orbitscan.processing.results.status import METHODS, Status
 from orbitscan.processing.review.markdown import count, in_mm, name_view, number, percent, write_table
 from orbitscan.processing.review.session.classification import describe_view
 from orbitscan.processing.review.session.findings import (
@@ -45,7 +51,9 @@ def tell(
     `finished`: whether all that will be known is known.
     """
     methods = [method for method in reversed(METHODS) if method in estimates]
-    placing = {m: strongest([p for p in pairs.get(m, ()) if p.source == seen.view]).get(seen.view) for m in methods}
+    placing = {
+        m: speaking_pairs([p for p in pairs.get(m, ()) if p.source == seen.view]).get(seen.view) for m in methods
+    }
     lines = [f"## {name_view(seen.view, seen.name).capitalize()}", "", *_conclude(seen, methods, estimates, placing)]
     if any(placing.values()):
         lines += ["", "### From points to overlap", "", *_funnel(methods, placing)]
@@ -127,9 +135,9 @@ def _starts(pair: PairEstimate) -> list[str]:
 
 def _others(view: int, pairs: Sequence[PairEstimate]) -> list[str]:
     rows = []
-    for pair in sorted(pairs, key=lambda pair: (pair.status == "ok", -pair.confidence)):
+    for pair in sorted(pairs, key=lambda pair: (pair.status == Status.OK, -pair.confidence)):
         e = pair.evidence
-        held = "left out: the others contradict it" if pair.status == "inconsistent" else pair.status
+        held = "left out: the others contradict it" if pair.status == Status.INCONSISTENT else pair.status
         other = pair.target if pair.source == view else pair.source
         rows.append([f"{other}", percent(e.overlap), in_mm(e.rmse_m), number(pair.confidence), held])
     return write_table(["with view", "overlap", "residual [mm]", "confidence", "status"], rows)

@@ -15,7 +15,7 @@ import rerun.blueprint as rrb
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.matrix import draw_matrix, view_matrix
 from orbitscan.processing.review.stream import open_stream
-from orbitscan.recorder.exceptions import UnwritableOutput
+from orbitscan.recorder.atomic import unwritable
 
 if TYPE_CHECKING:
     from orbitscan.processing.classification.evaluation import EpochRecord
@@ -52,7 +52,7 @@ class TrainingReview:
             self.part.parent.mkdir(parents=True, exist_ok=True)
             self._stream.save(self.part, default_blueprint=lay_out(len(categories)))
         except (OSError, RuntimeError) as error:
-            raise self._unwritable(error) from None
+            raise unwritable(self.path, error) from None
         self._describe()
 
     def __enter__(self) -> Self:
@@ -66,7 +66,7 @@ class TrainingReview:
             try:
                 self.part.replace(self.path)
             except OSError as failure:
-                raise self._unwritable(failure) from None
+                raise unwritable(self.path, failure) from None
         elif not self._epochs:
             self.part.unlink(missing_ok=True)
 
@@ -88,10 +88,6 @@ class TrainingReview:
             self._stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[2.0]), static=True)
         self._stream.log("/settings", _document(tabulate_settings(self._settings)), static=True)
         self._stream.flush()
-
-    def _unwritable(self, error: Exception) -> UnwritableOutput:
-        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
-        return UnwritableOutput(self.path, f"cannot be written ({reason})", "choose another place with -o")
 
 
 def lay_out(categories: int) -> rrb.Blueprint:

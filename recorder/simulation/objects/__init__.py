@@ -76,7 +76,7 @@ def build(name: str, instance: int = 1) -> Mesh:
     Raises InvalidOption for an unknown name and an instance below 1.
     """
     if name not in _STYLES:
-        raise InvalidOption(name, "no known object", f"choose one of {', '.join(names())}")
+        raise InvalidOption(name, "not a known object", f"choose one of {', '.join(names())}")
     if instance < 1:
         raise InvalidOption(f"instance {instance}", "instances count from 1", "give 1 or more")
     styles = _STYLES[name]

@@ -58,7 +58,7 @@ def conical(rng: np.random.Generator) -> Mesh:
 
 
 def salad(rng: np.random.Generator) -> Mesh:
-    """A large one, thick as wood or thin as glass."""
+    """A large salad bowl, thick as wood or thin as glass."""
     radius, share, foot = rng.uniform((0.100, 0.32, 0.35), (0.120, 0.50, 0.60))
     wall = _footed(radius, share, foot, rng.uniform(0.001, 0.010), rng.uniform(0.8, 1.5))
     return _bowl(rng, wall, rng.uniform(0.003, 0.009))

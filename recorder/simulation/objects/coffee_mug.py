@@ -48,7 +48,8 @@ def _handle(rng: np.random.Generator, wall: np.ndarray, depth: float) -> Mesh:
     along = np.sign(angles) * np.abs(np.sin(angles)) ** (1 / squareness)
     z = (lower + upper) / 2 + (upper - lower) / 2 * along
     y = np.interp(z, wall[:, 1], wall[:, 0]) - depth + reach * out
-    outline = rounded_rectangle(*rng.uniform((0.006, 0.009), (0.009, 0.014)), radius=0.0025, segments=3)
+    thick, wide = rng.uniform((0.006, 0.009), (0.009, 0.014))
+    outline = rounded_rectangle(thick, wide, radius=0.0025, segments=3)
     return sweep(outline, np.column_stack([0 * y, y, z]), up=(1, 0, 0))
 
 

@@ -54,7 +54,7 @@ def build(rng: np.random.Generator) -> Mesh:
         make = {"pack": _pack, "nine_volt": _nine_volt, "flat": _flat, "lantern": _lantern}[kind]
         battery = make(rng, label)
         standing = rng.random() < {"lantern": 0.8, "pack": 0.3}.get(kind, 0.5)
-        battery = battery.turned("z", 180 * rng.integers(2) + (0 if standing or rng.random() < 0.75 else 90))
+        battery = battery.turned("z", 180 * int(rng.integers(2)) + (0 if standing or rng.random() < 0.75 else 90))
     return battery if standing else battery.turned("y", 90)
 
 

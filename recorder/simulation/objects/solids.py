@@ -1,18 +1,20 @@
 """Closed solids to put objects together from: every one is a loft, a row of rings joined by triangles."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from orbitscan.recorder.mesh import Mesh
 
 
-def loft(sections: np.ndarray) -> Mesh:
+def loft(sections: np.ndarray | Sequence[np.ndarray]) -> Mesh:
     """The solid within a row of rings (S, N, 3), its two ends closed flat; a ring at either end may be one point.
 
     The rings may run either way round: the triangles are turned outward.
     """
-    sections = np.asarray(sections, dtype=np.float64)
-    ends = sections[[0, -1]].mean(axis=1)
-    rings = sections[np.ptp(sections, axis=1).max(axis=1) > 0]
+    stacked = np.asarray(sections, dtype=np.float64)
+    ends = stacked[[0, -1]].mean(axis=1)
+    rings = stacked[np.ptp(stacked, axis=1).max(axis=1) > 0]
     count, n = rings.shape[:2]
     here = np.arange(n)
     there = np.roll(here, -1)

@@ -84,7 +84,7 @@ def build(rng: np.random.Generator) -> Mesh:
 
 
 def _figure(rng: np.random.Generator) -> Mesh:
-    """The bust, in heads."""
+    """The bust's figure, its lengths in heads."""
     turn_deg, nod_deg, tilt_deg = rng.uniform((14, -6, -7), (32, 10, 7)) * (rng.choice([-1, 1]), 1, 1)
     field = _Field.draw(rng, Rotation.from_euler("zyx", [turn_deg, nod_deg, tilt_deg], degrees=True))
     top = _crown(field)
@@ -128,7 +128,7 @@ class _Field:
 
     @staticmethod
     def draw(rng: np.random.Generator, pose: Rotation) -> _Field:
-        """Another face, hair and cloak."""
+        """A figure with a face, hair and a cloak drawn from the generator."""
         waves = rng.normal(size=(3, 3))
         return _Field(
             pose=pose,
@@ -141,7 +141,7 @@ class _Field:
         )
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """The distances (...,) in heads."""
+        """About the distances (...,) of points (..., 3) from the surface, in heads."""
         head = self.pose.inv().apply(points.reshape(-1, 3)).reshape(points.shape) / self.face
         distance = _join(_union(head, HEAD, 0.06), -_union(head, SOCKETS, 0.02), -0.03)
         distance = _join(distance, _union(head, FEATURES, 0.02), 0.025)
@@ -170,6 +170,7 @@ def _union(points: np.ndarray, shapes: tuple[Ellipsoid, ...], blend: float) -> n
         steep = np.sqrt((x / a**2) ** 2 + (y / b**2) ** 2 + (z / c**2) ** 2) + 1e-9
         one = near * (near - 1) / steep
         distance = one if distance is None else _join(distance, one, blend)
+    assert distance is not None  # there is a shape
     return distance
 
 

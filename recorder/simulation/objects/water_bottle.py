@@ -1,6 +1,8 @@
 """Water bottles, upright, 15 to 33 cm high: of thin plastic, steel or glass, for sports and for children, open or
 capped; but for the last styles they are surfaces of revolution."""
 
+from typing import Any
+
 import numpy as np
 
 from orbitscan.recorder.mesh import Mesh, merge
@@ -87,7 +89,7 @@ def half_litre(rng: np.random.Generator) -> Mesh:
 
 
 def large(rng: np.random.Generator) -> Mesh:
-    """The same for a litre and a half."""
+    """A single-use bottle of thin plastic for a litre and a half."""
     height, radius, shoulder, roundness = rng.uniform((0.265, 0.0405, 0.055, 0.9), (0.305, 0.0465, 0.110, 1.5))
     form = Form(height, radius, 0.0135, shoulder, roundness, **_ribbed(rng), stem=0.018, open=rng.random() < 0.2)
     return _bottle(rng, form, screw_cap(0.0160, rng.uniform(0.012, 0.018)))
@@ -175,11 +177,11 @@ ROUND = (everyday, half_litre, sports, flask, large, wide_mouth, thermos, glass,
 STYLES = (*ROUND, carried, square, oval)
 
 
-def _ribbed(rng: np.random.Generator) -> dict[str, float | tuple[float, float]]:
+def _ribbed(rng: np.random.Generator) -> dict[str, Any]:
     """Ribs of thin plastic, and a waist for some: settings of a form."""
     depth, low, high = rng.uniform((0.0008, 0.10, 0.50), (0.0028, 0.40, 0.90))
     waist, middle = rng.uniform((0.04, 0.40), (0.14, 0.65))
-    ribs = {"ribs": int(rng.integers(2, 6)), "depth": depth, "grooved": (low, high)}
+    ribs: dict[str, Any] = {"ribs": int(rng.integers(2, 6)), "depth": depth, "grooved": (low, high)}
     return ribs | {"waist": waist * rng.integers(2), "middle": middle, "width": 0.12}
 
 

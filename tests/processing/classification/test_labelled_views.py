@@ -66,7 +66,7 @@ def test_what_is_said_of_a_view(views):
 
 
 def test_a_recording_without_category_is_refused_in_a_sentence():
-    with pytest.raises(InvalidOption, match="ball_1: does not say what it shows; convert it with --category"):
+    with pytest.raises(InvalidOption, match="ball_1: does not say what it shows; convert it with 'orbitscan convert"):
         gather([toys.session("ball", 1, category=False)])
 
 

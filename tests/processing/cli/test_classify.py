@@ -156,7 +156,7 @@ def test_millimetres_taken_for_metres_are_noticed(trained):
     ply.write(folder / "mm.ply", points * 1000)
     finished = run("classify", "mm.ply", "--model", "toys.pt", cwd=folder)
     assert "mm.ply: unknown" in finished.stdout
-    assert "is no size of any category: are --units and --scale right?" in finished.stdout
+    assert "is not the size of any category: are --units and --scale right?" in finished.stdout
 
 
 def test_the_packaged_model_answers_without_open3d(trained):
@@ -186,15 +186,15 @@ def test_views_of_one_instance_may_be_split_and_it_says_so(trained):
     [
         (("toys", "--structure", "C(4,3)-FC(7)"), "has 7 outputs for 3 categories; end it with FC(3)"),
         (("toys", "--structure", "C(4"), "is no layer; write layers as in"),
-        (("toys", "--device", "abacus"), "--device abacus: no device; give auto, cpu or cuda"),
+        (("toys", "--device", "abacus"), "--device abacus: not a device; give auto, cpu or cuda"),
         (("toys", "--validate", "some"), "--validate some: chooses nothing"),
         (("toys", "--test", "100"), "of its 4 instances none is left to train on"),
         (("toys", "--settings", "wrong.toml"), "there is no setting 'epoch'"),
         (("toys/ball_1.mcap", "toys/ball_2.mcap"), "ball: is the only category; give recordings of another one"),
-        (("unlabelled.mcap",), "ball_1: does not say what it shows; convert it with --category"),
+        (("unlabelled.mcap",), "ball_1: does not say what it shows; convert it with 'orbitscan convert --category'"),
         (("empty",), "the folder holds no recording"),
         (("toys", "--unknown", "nowhere"), "nowhere: no such file"),
-        (("toys", "--device", "meta"), "--device meta: no device; give auto, cpu or cuda"),
+        (("toys", "--device", "meta"), "--device meta: not a device; give auto, cpu or cuda"),
         (("toys", "--device", "cuda:99"), "--device cuda:99: "),
         (("toys", "--init", "dcae", "--structure", "FC(3)"), "has no convolution to pretrain"),
         (("toys", "--validate", "0"), "leaves nothing to validate"),
@@ -225,8 +225,8 @@ def test_wrong_input_of_train_is_one_sentence(trained, arguments, problem):
         (("cloud.ply", "--model", "nothing.pt"), "nothing.pt: no such file"),
         (("cloud.ply", "--model", "toys"), "toys: no such file; name a model made by 'orbitscan train'"),
         (("cloud.ply", "--axes", "XYZ"), "XYZ"),
-        (("cloud.ply", "--scale", "0"), "--scale 0: no positive number"),
-        (("cloud.ply", "--columns", "x,y"), "--columns x,y: no three names; write those of x, y and z"),
+        (("cloud.ply", "--scale", "0"), "--scale 0: not a positive number"),
+        (("cloud.ply", "--columns", "x,y"), "--columns x,y: not three names; write those of x, y and z"),
         (("cloud.ply", "--columns", "x,y,z"), "cloud.ply is no text file; leave it out"),
         (("toys/ball_1.mcap", "--units", "mm"), "--units mm: a recording says it itself; leave it out"),
         (("toys/ball_1.mcap", "--views", "7:"), "--views 7:: selects no view"),

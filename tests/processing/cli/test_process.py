@@ -60,7 +60,7 @@ def test_results_hold_what_the_format_says(done):
     found = results(folder / "out" / "blob")
     assert list(found) == [
         "format_version", "key", "session", "input", "settings", "versions", "seed", "classification",
-        "reconstruction", "turntable", "model",
+        "reconstruction", "turntable", "coverage", "model",
     ]  # fmt: skip
     assert found["session"]["views_used"] == [0, 1, 2, 3, 4]
     assert found["input"]["damage"] is None
@@ -382,8 +382,8 @@ def test_an_output_that_cannot_be_written(done, tmp_path):
         (["--views", "99:"], "selects no view"),
         (["--views", "7,8"], "there is no view 7"),
         (["--settings", "missing.toml"], "cannot be read"),
-        (["--step-deg", "0"], "no step of a turntable"),
-        (["--step-deg", "180"], "no step of a turntable"),
+        (["--step-deg", "0"], "not a turntable's step"),
+        (["--step-deg", "180"], "not a turntable's step"),
     ],
 )
 def test_wrong_options_are_status_2(done, options, says):

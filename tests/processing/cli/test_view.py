@@ -54,7 +54,7 @@ def test_of_a_batch_the_summary_is_shown_and_the_worst_sessions_listed(done, tmp
         )
     (tmp_path / "batch" / "summary.rrd").touch()
     finished = run("view", "batch", "--most", "2", cwd=tmp_path, env=stub)
-    assert "1 less bad session is left out: --most 3 opens all" in finished.stdout
+    assert "1 better session is left out: --most 3 opens all" in finished.stdout
     opened = finished.stdout.splitlines()[-1].split()  # the last one is in front
     assert opened == ["batch/worse/review.rrd", "batch/worst/review.rrd", "batch/summary.rrd"]
 
@@ -86,7 +86,7 @@ def test_a_cut_review_is_told_in_a_sentence_and_leaves_no_picture(done, tmp_path
         (["--at", "1"], "is for pictures"),
         (["--screenshot", "blob.jpg"], "a picture is a PNG"),
         (["--screenshot", "nowhere/blob.png"], "its folder does not exist"),
-        (["--screenshot", "blob.png", "--size", "big"], "no size of a picture"),
+        (["--screenshot", "blob.png", "--size", "big"], "not the size of a picture"),
         (["--screenshot", "blob.png", "--at", "9"], "there are 0 to 2"),
     ],
 )

@@ -14,7 +14,7 @@ def test_rows_hold_every_neighbour_within_a_cell():
     tree = cKDTree(points)
     rows = np.empty((9, 2), np.int64)
     for point in points[:50]:
-        rows_around(grid.cells, grid.low, grid.cell, point, rows)
+        rows_around(grid, point, rows)
         candidates = {int(i) for start, stop in rows for i in grid.order[start:stop]}
         assert set(tree.query_ball_point(point, 0.3)) <= candidates
 
@@ -22,13 +22,13 @@ def test_rows_hold_every_neighbour_within_a_cell():
 def test_a_far_stray_point_does_not_spoil_the_cells():
     points = np.vstack([np.random.default_rng(1).random((500, 3)), [[1e6, 0, 0]]])
     grid = build(points, 0.1)
-    columns, _ = grid.cells
+    columns = grid.columns
     assert sorted(grid.order) == list(range(501))
     assert columns[..., 0].size <= 1 << 20
     near = points[:500]
     rows = np.empty((9, 2), np.int64)
     for point in near[:20]:
-        rows_around(grid.cells, grid.low, grid.cell, point, rows)
+        rows_around(grid, point, rows)
         found = {int(i) for start, stop in rows for i in grid.order[start:stop]}
         assert set(cKDTree(points).query_ball_point(point, 0.1)) <= found
         assert len(found) < 250
@@ -39,7 +39,7 @@ def test_strays_beyond_the_columns_are_found_too(stray):
     points = np.vstack([np.random.default_rng(1).random((500, 3)), [stray, np.array(stray) + 0.05]])
     grid = build(points, 0.1)
     rows = np.empty((9, 2), np.int64)
-    rows_around(grid.cells, grid.low, grid.cell, points[500], rows)
+    rows_around(grid, points[500], rows)
     found = {int(i) for start, stop in rows for i in grid.order[start:stop]}
     assert {500, 501} <= found
 

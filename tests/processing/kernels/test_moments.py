@@ -11,7 +11,7 @@ def test_sums_over_the_ball():
     grid = build(points, 0.6)
     first, second = np.empty(3), np.empty((3, 3))
     for i in range(0, 800, 37):
-        count = moments_around(grid.points, grid.cells, grid.low, grid.cell, i, 0.6, first, second)
+        count = moments_around(grid, i, 0.6, first, second)
         d = grid.points - grid.points[i]
         d = d[(d**2).sum(axis=1) < 0.36]
         assert count == len(d)

@@ -9,6 +9,7 @@ from orbitscan.processing.pipeline import process
 from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings
 from orbitscan.processing.results.records import MethodResult, ViewEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import in_memory
 from tests.geometry import bottle, random_pose, scan
@@ -133,7 +134,7 @@ def ready(arc):
 
 
 def pairwise_of(ready, pairs, placed="ok"):
-    views = [ViewEstimate(0, "ok", np.eye(4))]
+    views = [ViewEstimate(0, Status.OK, np.eye(4))]
     views += [ViewEstimate(i, placed, ready.T(0, i)) for i in range(1, len(ready.views))]
     return MethodResult(tuple(views), tuple(pairs))
 
@@ -149,7 +150,7 @@ def exact(ready, source, target):
 
 
 def never(source, target):
-    return replace(edge(source.view, target.view, np.eye(4)), status="diverged")
+    return replace(edge(source.view, target.view, np.eye(4)), status=Status.DIVERGED)
 
 
 def test_pairs_without_an_end_in_the_graph_keep_their_status(ready):
@@ -174,14 +175,14 @@ def test_only_views_that_nothing_connects_are_registered_anew(ready):
 def test_a_pair_that_is_not_believed_is_no_edge(ready):
     """Nor is one with another pose that explains the views as well."""
     wrong = random_pose(np.random.default_rng(0))
-    for doubt in ({"status": "diverged"}, {"status": "ambiguous", "alternatives": (np.eye(4),)}):
-        pairs = [exact(ready, 1, 0), replace(exact(ready, 2, 1), T_target_source=wrong, **doubt)]
+    for flaw in ({"status": "diverged"}, {"status": "ambiguous", "alternatives": (np.eye(4),)}):
+        pairs = [exact(ready, 1, 0), replace(exact(ready, 2, 1), T_target_source=wrong, **flaw)]
         found = jointly(ready, pairs, never)
         assert found.views[2].status == "not_connected"
 
 
 def test_without_an_origin_there_is_nothing_to_refine():
-    views = (ViewEstimate(0, "too_few_points", None), ViewEstimate(1, "unreadable", None))
+    views = (ViewEstimate(0, Status.TOO_FEW_POINTS, None), ViewEstimate(1, Status.UNREADABLE, None))
     found = refine_jointly(MethodResult(views, ()), None, None, None, SETTINGS.pair, GraphSettings())
     assert statuses(found) == ["too_few_points", "unreadable"]
     assert found.summary["failed_views"] == 2

@@ -13,7 +13,7 @@ POINTS = np.random.default_rng(0).random((20, 3))
 
 def test_without_open3d_the_error_says_what_to_do(monkeypatch):
     monkeypatch.setitem(sys.modules, "open3d", None)
-    with pytest.raises(MissingLibrary, match=r"open3d.*--mesh"):
+    with pytest.raises(MissingLibrary, match=r"open3d.*do without a mesh"):
         reconstruct_mesh(POINTS, POINTS, None, 0.001, MeshSettings(wanted=True))
 
 

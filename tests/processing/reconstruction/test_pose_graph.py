@@ -8,8 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.reconstruction.pose_graph import GraphSettings, choose_edges, place, solve, viewing_direction
+from orbitscan.processing.reconstruction.pose_graph import (
+    Edge,
+    GraphSettings,
+    choose_edges,
+    place,
+    solve,
+    viewing_direction,
+)
 from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
 from tests.processing.scene import degrees, edge
@@ -142,9 +150,8 @@ def free_turn(T_0, source, target, angle=0.4):
     e = measure(T_0, [(source, target)])[0]
     axis = poses.invert(T_0[target])[:3, :3] @ np.array([0, 1.0, 0])
     point = e.center + np.array([0.01, 0, 0])
-    R = Rotation.from_rotvec(angle * axis).as_matrix()
-    T = poses.make(R, point - R @ point) @ e.T_target_source
-    return replace(e, T_target_source=T, status="ambiguous", freedoms=(Freedom("turn", axis, point),))
+    T = poses.turn_about(axis, point, angle) @ e.T_target_source
+    return replace(e, T_target_source=T, status=Status.AMBIGUOUS, freedoms=(Freedom("turn", axis, point),))
 
 
 def test_views_behind_free_edges_are_placed_but_not_rigid():
@@ -238,3 +245,11 @@ def test_the_viewing_direction_points_from_the_object_to_the_sensor():
     assert np.allclose(seen, -T[:3, 2])
     assert np.allclose(viewing_direction(T, np.array([0, 0, 2.0]), None), -T[:3, 2])
     assert np.allclose(viewing_direction(T, np.array([2.0, 0, 0]), np.zeros(3)), -T[:3, 0])
+
+
+def test_a_pair_without_information_is_no_edge():
+    e = edge(1, 0, np.eye(4))
+    assert Edge.of(e).information is e.information
+    for missing in ("T_target_source", "information", "center"):
+        with pytest.raises(ValueError, match="views 1 and 0"):
+            Edge.of(replace(e, **{missing: None}))

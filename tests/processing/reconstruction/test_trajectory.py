@@ -1,11 +1,13 @@
 """Composition of pairs (4.17), and what a broken pair means for the views after it."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.trajectory import Trajectory
+from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories, collect_placed
 from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.results.status import Status
 from tests.geometry import random_pose
 
 
@@ -13,7 +15,7 @@ def view(index):
     return SimpleNamespace(surface=SimpleNamespace(view=index))
 
 
-def pair(source, target, T, status="ok"):
+def pair(source, target, T, status=Status.OK):
     return PairEstimate(source, target, T, status, 1.0, Evidence())
 
 
@@ -71,3 +73,38 @@ def test_the_step_is_that_of_the_last_pair_if_it_is_right():
     assert (trajectory.step == T).all()
     trajectory.extend(view(2), pair(2, 1, T, "diverged"), trajectory.last)
     assert trajectory.step is None
+
+
+def test_a_view_is_attached_to_the_first_target_that_it_fits_else_to_the_likeliest():
+    trajectory = Trajectory(retries=True)
+    trajectory.start(view(0))
+    trajectory.extend(view(1), pair(1, 0, np.eye(4), "diverged"), trajectory.last)
+    for statuses, confidences, asked, chosen in (
+        (("ok", "ok"), (0.1, 0.9), [0], 0),
+        (("diverged", "ok"), (0.9, 0.1), [0, 1], 1),
+        (("ambiguous", "diverged"), (0.1, 0.9), [0, 1], 0),
+        (("diverged", "diverged"), (0.1, 0.9), [0, 1], 1),
+    ):
+        tried = []
+
+        def register(target, statuses=statuses, confidences=confidences, tried=tried):
+            number = target.surface.view
+            tried.append(number)
+            return replace(pair(2, number, np.eye(4), statuses[number]), confidence=confidences[number])
+
+        found, target = trajectory.attach(register)
+        assert tried == asked
+        assert found.target == target.prepared.surface.view == chosen
+
+
+def test_refined_begins_where_pairwise_ends():
+    assert list(begin_trajectories(("refined", "icp"))) == ["icp", "pairwise"]
+    assert begin_trajectories(()) == {}
+
+
+def test_only_views_that_are_ok_are_collected():
+    trajectory = Trajectory()
+    trajectory.start(view(0))
+    trajectory.extend(view(1), pair(1, 0, np.eye(4), "diverged"), trajectory.last)
+    trajectory.extend(view(2), pair(2, 1, None, "no_consensus"), trajectory.last)
+    assert list(collect_placed(trajectory.result(0))) == [0]

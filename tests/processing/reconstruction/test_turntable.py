@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.reconstruction.turntable import TurntableSettings, fit_turntable
 from orbitscan.recorder import poses
@@ -19,8 +18,7 @@ def unit(rng):
 
 
 def turn(axis, point, angle_deg):
-    R = Rotation.from_rotvec(np.radians(angle_deg) * axis).as_matrix()
-    return poses.make(R, point - R @ point)
+    return poses.turn_about(axis, point, np.radians(angle_deg))
 
 
 def turned(axis, point, step_deg, views):

@@ -28,7 +28,7 @@ def turned(scene, seed):
 
 def displaced(T, source):
     """How far a pose (or poses) puts the middle of the source [m]."""
-    return T[..., :3, :3] @ source.few.points.mean(axis=0) + T[..., :3, 3]
+    return T[..., :3, :3] @ source.coarse_surfels.points.mean(axis=0) + T[..., :3, 3]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -1,36 +1,36 @@
-"""Prepared views on a shelf: the last ones asked for stay, others are prepared again."""
+"""A cache of prepared views: the last ones asked for stay, others are prepared again."""
 
 import numpy as np
 import pytest
 
-from orbitscan.processing.registration.prepared_view import Shelf
+from orbitscan.processing.registration.prepared_view import ViewCache
 from orbitscan.processing.surface.preparation import Surfels
 from tests.geometry import scan
 from tests.processing.scene import Scene
 
 
 @pytest.fixture
-def shelf():
-    """A shelf for two of four views, and the indices of those that were prepared, in order."""
+def cached():
+    """A cache for two of four views, and the indices of those that were prepared, in order."""
     views, prepared = scan(n_views=4, points=2000).views(), []
 
     def prepare(view):
         prepared.append(view.index)
         return f"view {view.index}"
 
-    return views, Shelf(views, prepare, lambda view: f"surface {view.index}", most=2), prepared
+    return views, ViewCache(views, prepare, lambda view: f"surface {view.index}", most=2), prepared
 
 
-def test_what_is_on_the_shelf_is_not_prepared_again(shelf):
-    views, found, prepared = shelf
+def test_what_is_kept_is_not_prepared_again(cached):
+    views, found, prepared = cached
     for view in views:
         found.put(view)
     assert [found.get(3), found.get(2), found.get(3)] == ["view 3", "view 2", "view 3"]
     assert prepared == [0, 1, 2, 3]
 
 
-def test_what_was_asked_for_longest_ago_goes(shelf):
-    views, found, prepared = shelf
+def test_what_was_asked_for_longest_ago_goes(cached):
+    views, found, prepared = cached
     found.put(views.load(0))
     found.put(views.load(1))
     found.get(0)
@@ -42,8 +42,8 @@ def test_what_was_asked_for_longest_ago_goes(shelf):
     assert prepared == [0, 1, 2, 1]
 
 
-def test_a_surface_is_prepared_alone_where_nothing_more_is_asked_for(shelf):
-    views, found, prepared = shelf
+def test_a_surface_is_prepared_alone_where_nothing_more_is_asked_for(cached):
+    views, found, prepared = cached
     found.put(views.load(0))
     assert found.get_surface(0) == "view 0"  # what is there has all
     assert [found.get_surface(1), found.get_surface(1)] == ["surface 1", "surface 1"]
@@ -68,16 +68,16 @@ def test_a_few_surfels_stand_for_all():
         assert few.variances.flags.c_contiguous
 
 
-def test_a_shelf_for_none_still_hands_out_what_it_prepared():
+def test_a_cache_for_none_still_hands_out_what_it_prepared():
     views = scan(n_views=1, points=2000).views()
-    assert Shelf(views, lambda view: f"view {view.index}", None, most=0).get(0) == "view 0"
+    assert ViewCache(views, lambda view: f"view {view.index}", None, most=0).get(0) == "view 0"
 
 
 def test_search_structures_are_made_once_and_hold_the_surfels():
     view = Scene(scan(n_views=1)).views[0]
-    assert view.fine is view.fine
-    assert len(view.few) <= view.settings.coarse_points < len(view.surface.surfels)
-    for target, surfels in ((view.fine, view.surface.surfels), (view.coarse, view.few)):
+    assert view.fine_target is view.fine_target
+    assert len(view.coarse_surfels) <= view.settings.coarse_points < len(view.surface.surfels)
+    for target, surfels in ((view.fine_target, view.surface.surfels), (view.coarse_target, view.coarse_surfels)):
         assert np.array_equal(target.grid.points, surfels.points[target.grid.order])
         assert np.array_equal(target.normals, surfels.normals[target.grid.order])
         assert np.array_equal(target.variances, surfels.variances[target.grid.order])

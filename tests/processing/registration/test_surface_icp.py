@@ -22,8 +22,8 @@ def scene():
 
 def aligned(scene, start, source=1, target=0):
     view, scale = scene.views[source], scene.scale
-    fine = scene.views[target].fine
-    return surface_icp.align(view.surface.surfels, view.few, fine, start, scale.working, scale.diameter, HOW)
+    fine = scene.views[target].fine_target
+    return surface_icp.align(view.surface.surfels, view.coarse_surfels, fine, start, scale.working, scale.diameter, HOW)
 
 
 def nudged(scene, seed, source=1, target=0):
@@ -97,7 +97,9 @@ def test_one_thread_and_two_find_the_same_bits(scene):
     try:
         for threads in (1, min(2, before)):
             numba.set_num_threads(threads)
-            coarse = surface_icp.align_coarsely(view.few, target.coarse, starts, HOW.coarse_gate * w, w, 20, 1e-5)
+            coarse = surface_icp.align_coarsely(
+                view.coarse_surfels, target.coarse_target, starts, HOW.coarse_gate * w, w, 20, 1e-5
+            )
             fine = aligned(scene, starts[0])
             found.append((coarse.tobytes(), fine.T_target_source.tobytes(), fine.information.tobytes()))
     finally:
@@ -109,19 +111,20 @@ def test_few_surfels_take_far_starts_near(scene):
     """Some fifteen degrees off, as starts are."""
     w, rng = scene.scale.working, np.random.default_rng(0)
     T, view = scene.T(0, 1), scene.views[1]
-    center = poses.make(np.eye(3), poses.transform(T, view.few.points).mean(axis=0))
+    center = poses.make(np.eye(3), poses.transform(T, view.coarse_surfels.points).mean(axis=0))
     starts = [center @ random_pose(rng, 0.35, 0.004) @ poses.invert(center) @ T for _ in range(20)]
-    ends = surface_icp.align_coarsely(
-        view.few, scene.views[0].coarse, np.array(starts), HOW.coarse_gate * w, HOW.coarse_deviation * w, 40, 1e-6
-    )
+    few, gate, deviation = (view.coarse_surfels, scene.views[0].coarse_target), HOW.coarse_gate, HOW.coarse_deviation
+    ends = surface_icp.align_coarsely(*few, np.array(starts), gate * w, deviation * w, 40, 1e-6)
     away = np.array([degrees(start, T) for start in starts])
     assert np.median(away) > 8
     assert np.median([degrees(end, T) for end in ends]) < 0.5
 
 
-def test_a_start_that_finds_no_partner_stays(scene):
+def test_a_start_that_has_no_correspondences_stays(scene):
     far = poses.make(np.eye(3), [9.0, 0, 0])
-    ends = surface_icp.align_coarsely(scene.views[1].few, scene.views[0].coarse, far[None], 0.01, 0.002, 20, 1e-6)
+    ends = surface_icp.align_coarsely(
+        scene.views[1].coarse_surfels, scene.views[0].coarse_target, far[None], 0.01, 0.002, 20, 1e-6
+    )
     assert (ends[0] == far).all()
     found = aligned(scene, far)
     assert not found.converged
@@ -131,8 +134,8 @@ def test_a_start_that_finds_no_partner_stays(scene):
 def test_without_iterations_the_pose_stays(scene):
     view, scale = scene.views[1], scene.scale
     still = RefinementSettings(middle_iterations=0, fine_iterations=0)
-    how = scene.views[0].fine, scene.T(0, 1), scale.working, scale.diameter, still
-    found = surface_icp.align(view.surface.surfels, view.few, *how)
+    how = scene.views[0].fine_target, scene.T(0, 1), scale.working, scale.diameter, still
+    found = surface_icp.align(view.surface.surfels, view.coarse_surfels, *how)
     assert np.allclose(found.T_target_source, scene.T(0, 1))
     assert not found.converged
     assert found.information is None

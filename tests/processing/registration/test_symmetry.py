@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.registration.symmetry import (
-    SymmetrySettings,
-    find_freedoms,
-    turned_around,
-    weak_motions,
-)
-from orbitscan.processing.registration.verification import JudgementSettings
+from orbitscan.processing.registration.motions import SymmetrySettings, find_motions
+from orbitscan.processing.registration.symmetry import find_freedoms, turn_around
+from orbitscan.processing.registration.verification import VerificationSettings
 from orbitscan.recorder import poses
 from tests.geometry import blob, bottle, cylinder, plane, scan, sphere
-from tests.processing.scene import SETTINGS, Scene, degrees
+from tests.processing.scene import Scene, degrees
 
 HOW = SymmetrySettings()
 NOISES = (0.0, 0.0005, 0.001)
@@ -33,14 +29,11 @@ class Object(Scene):
         self.x = T_camera_object[:3, 0]
 
     def motions(self):
-        gate = JudgementSettings().gate * self.scale.working
-        return weak_motions(self.T(0, 1), self.source.surface.surfels, self.target, gate)
+        gate = VerificationSettings().gate * self.scale.working
+        return find_motions(self.T(0, 1), self.source.surface.surfels, self.target.fine_target, gate)
 
     def freedoms(self):
-        how = SETTINGS.pair
-        return find_freedoms(
-            self.T(0, 1), self.motions(), self.source, self.target, how.refinement, how.judgement, how.symmetry
-        )
+        return find_freedoms(self.pair(self.source, self.target), self.T(0, 1), self.motions())
 
     def off_the_line(self, freedom):
         """How far the object's middle is from a freedom's axis [m]."""
@@ -114,7 +107,7 @@ def test_what_has_no_symmetry_has_no_freedom(noise, seed):
 def test_views_that_do_not_meet_have_no_motions():
     found = views_of(blob)
     far = poses.make(np.eye(3), [9.0, 0, 0])
-    assert weak_motions(far, found.source.surface.surfels, found.target, 0.01) == []
+    assert find_motions(far, found.source.surface.surfels, found.target.fine_target, 0.01) == []
 
 
 def test_a_motion_is_rigid_and_as_large_as_it_says():
@@ -133,7 +126,7 @@ def test_a_motion_is_rigid_and_as_large_as_it_says():
 def test_poses_about_a_bottle_are_turned_about_its_axis():
     found = views_of(bottle)
     T = found.T(0, 1)
-    around = turned_around(T, found.motions(), found.source, found.target, SETTINGS.pair.proposals, HOW)
+    around = turn_around(found.pair(found.source, found.target), T, found.motions())
     assert 0 < len(around) <= HOW.around_most
     for pose in around.values():
         D = pose @ poses.invert(T)
@@ -147,7 +140,7 @@ def test_which_of_two_weak_motions_comes_first_does_not_show_in_the_poses_about_
     found = views_of(cylinder)
     T, motions = found.T(0, 1), found.motions()
     for ordered in (motions, [motions[1], motions[0], *motions[2:]]):
-        around = turned_around(T, ordered, found.source, found.target, SETTINGS.pair.proposals, HOW)
+        around = turn_around(found.pair(found.source, found.target), T, ordered)
         axes = [Rotation.from_matrix((pose @ poses.invert(T))[:3, :3]).as_rotvec() for pose in around.values()]
         along = np.array([abs(axis @ found.z) / np.linalg.norm(axis) for axis in axes])
         assert (along > np.cos(np.radians(3))).sum() >= HOW.around_most // 2
@@ -156,4 +149,4 @@ def test_which_of_two_weak_motions_comes_first_does_not_show_in_the_poses_about_
 def test_nothing_is_turned_where_nothing_is_weak():
     found = views_of(blob)
     firm = [motion for motion in found.motions() if motion.information > HOW.suspicious]
-    assert turned_around(np.eye(4), firm, found.source, found.target, SETTINGS.pair.proposals, HOW) == {}
+    assert turn_around(found.pair(found.source, found.target), np.eye(4), firm) == {}

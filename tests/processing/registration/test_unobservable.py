@@ -22,11 +22,6 @@ from tests.processing.scene import degrees
 seeds = st.integers(0, 10**6)
 
 
-def turn(axis, point, angle):
-    R = Rotation.from_rotvec(angle * axis).as_matrix()
-    return poses.make(R, point - R @ point)
-
-
 def unit(rng):
     v = rng.normal(size=3)
     return v / np.linalg.norm(v)
@@ -41,12 +36,12 @@ def test_a_declared_turn_is_taken_out_whole_and_nothing_else(seed):
     rng = np.random.default_rng(seed)
     axis, point, center = unit(rng), rng.normal(size=3), rng.normal(size=3)
     freedom = Freedom("turn", axis, point)
-    assert close(take_out(turn(axis, point, rng.uniform(-3, 3)), [freedom], center), np.eye(4))
+    assert close(take_out(poses.turn_about(axis, point, rng.uniform(-3, 3)), [freedom], center), np.eye(4))
     swing = np.cross(axis, unit(rng))
-    rest = turn(swing / np.linalg.norm(swing), rng.normal(size=3), rng.uniform(-2, 2))  # across the axis
+    rest = poses.turn_about(swing / np.linalg.norm(swing), rng.normal(size=3), rng.uniform(-2, 2))  # across the axis
     rest = poses.make(np.eye(3), rng.normal(size=3)) @ rest
     assert close(take_out(rest, [freedom], center), rest)
-    assert close(take_out(turn(axis, point, rng.uniform(-3, 3)) @ rest, [freedom], center), rest)
+    assert close(take_out(poses.turn_about(axis, point, rng.uniform(-3, 3)) @ rest, [freedom], center), rest)
 
 
 @given(seeds)
@@ -57,7 +52,7 @@ def test_a_declared_shift_is_taken_out_whole_and_nothing_else(seed):
     along = poses.make(np.eye(3), rng.normal() * axis)
     assert close(take_out(along, [freedom], center), np.eye(4))
     across = np.cross(axis, rng.normal(size=3))
-    rest = poses.make(np.eye(3), across) @ turn(unit(rng), center, rng.uniform(-3, 3))
+    rest = poses.make(np.eye(3), across) @ poses.turn_about(unit(rng), center, rng.uniform(-3, 3))
     assert close(take_out(rest, [freedom], center), rest)
     assert close(take_out(along @ rest, [freedom], center), rest)
 
@@ -78,7 +73,7 @@ def test_what_is_left_is_never_larger_and_stays(seed, kind):
 def test_all_turns_about_a_middle_are_free_where_three_are(seed):
     rng = np.random.default_rng(seed)
     middle, axes = rng.normal(size=3), Rotation.random(rng=rng).as_matrix()
-    D = turn(unit(rng), middle, rng.uniform(-3, 3))
+    D = poses.turn_about(unit(rng), middle, rng.uniform(-3, 3))
     left = take_out(D, [Freedom("turn", axis, middle) for axis in axes], middle + 0.1)
     assert np.abs(left - np.eye(4)).max() < 1e-6
 
@@ -87,7 +82,7 @@ def test_all_turns_about_a_middle_are_free_where_three_are(seed):
 def test_a_screw_along_a_cylinder_is_a_turn_and_a_shift(seed):
     rng = np.random.default_rng(seed)
     axis, point = unit(rng), rng.normal(size=3)
-    D = poses.make(np.eye(3), rng.normal() * axis) @ turn(axis, point, rng.uniform(-3, 3))
+    D = poses.make(np.eye(3), rng.normal() * axis) @ poses.turn_about(axis, point, rng.uniform(-3, 3))
     both = [Freedom("turn", axis, point), Freedom("shift", axis, point)]
     assert close(take_out(D, both, rng.normal(size=3)), np.eye(4))
     assert close(take_out(D, both[::-1], rng.normal(size=3)), np.eye(4))
@@ -124,7 +119,7 @@ def test_information_is_released_along_a_freedom_only_and_can_be_held_there(seed
 def test_the_direction_of_a_turn_is_its_small_motion(seed):
     rng = np.random.default_rng(seed)
     axis, point, center = unit(rng), rng.normal(size=3), rng.normal(size=3)
-    v, D = direction(Freedom("turn", axis, point), center), turn(axis, point, 1e-6)
+    v, D = direction(Freedom("turn", axis, point), center), poses.turn_about(axis, point, 1e-6)
     assert np.allclose(v[:3], axis)
     assert np.allclose((poses.transform(D, center[None])[0] - center) / 1e-6, v[3:], atol=1e-5)
     assert np.allclose(direction(Freedom("shift", axis, point), center), [0, 0, 0, *axis])
@@ -142,8 +137,8 @@ def test_how_near_two_axes_must_be_is_told_by_the_object():
 def test_a_free_turn_is_set_by_a_known_step(step_deg):
     """The camera's y axis points down: a positive step goes counterclockwise seen from above."""
     up, point = np.array([0, -1.0, 0]), np.array([0.01, 0, 0.9])
-    right = turn(up, point, np.radians(step_deg))
-    wrong = turn(up, point, np.radians(63.0)) @ right
+    right = poses.turn_about(up, point, np.radians(step_deg))
+    wrong = poses.turn_about(up, point, np.radians(63.0)) @ right
     for axis in (up, -up):
         assert np.allclose(turn_by_step(wrong, Freedom("turn", axis, point), step_deg), right, atol=1e-3)
 
@@ -151,8 +146,9 @@ def test_a_free_turn_is_set_by_a_known_step(step_deg):
 def test_a_known_step_of_a_tilted_camera_leaves_what_is_not_free():
     """The camera looks down on a bottle: the axis is tilted, and the pair was found with an error across it."""
     axis, point = np.array([0, -0.9, -np.sqrt(0.19)]), np.array([0.01, 0, 0.9])
-    across = turn(np.array([1.0, 0, 0]), point, np.radians(0.3))
-    right = turn(axis, point, np.radians(20))
-    found = turn_by_step(turn(axis, point, np.radians(150)) @ across @ right, Freedom("turn", axis, point), 20)
+    across = poses.turn_about(np.array([1.0, 0, 0]), point, np.radians(0.3))
+    right = poses.turn_about(axis, point, np.radians(20))
+    wrong = poses.turn_about(axis, point, np.radians(150)) @ across @ right
+    found = turn_by_step(wrong, Freedom("turn", axis, point), 20)
     assert degrees(found, right) < 0.5
     assert np.allclose((found @ np.append(point, 1))[:3], (across @ np.append(point, 1))[:3], atol=1e-6)

@@ -1,6 +1,7 @@
 """Everything at once by the command, as small as can be, stopped and begun again."""
 
 import json
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -22,7 +23,7 @@ def tiny(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(corpus, "INSTANCES", dict.fromkeys(corpus.INSTANCES, 2))
     monkeypatch.setattr(corpus, "ELEVATIONS_DEG", {1: 30.0})
-    monkeypatch.setattr(corpus, "Camera", partial(corpus.Camera, focal=150.0))
+    monkeypatch.setattr(corpus, "CAMERA", replace(corpus.CAMERA, focal=150.0))
     for module in (run, errors, seconds, models):
         monkeypatch.setattr(module, "OBJECTS", {"robot": 120.0})
     monkeypatch.setattr(run, "FEW", 5)

@@ -5,7 +5,7 @@ import csv
 from pyarrow import parquet
 
 from orbitscan.processing.results.batch_table import Row, tabulate, worst_first, write_table
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.status import METHODS
 from tests.processing.review.batch.test_recording import ROWS, row
 
 

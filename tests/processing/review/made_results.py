@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from orbitscan.processing.reconstruction.coverage import CoverageSettings, measure_coverage
 from orbitscan.processing.results.records import (
-    METHODS,
     Candidate,
     Correspondences,
+    Coverage,
     Evidence,
     Freedom,
     MethodResult,
@@ -22,8 +23,8 @@ from orbitscan.processing.results.records import (
     ViewErrors,
     ViewEstimate,
     ViewResult,
-    summarize,
 )
+from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.session.recording import SessionReview
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import SessionInfo
@@ -69,7 +70,7 @@ def make_results(views: int = 5, points: int = 2000, with_truth: bool = True, co
         cloud = np.empty((0, 3), np.float32) if i == EMPTY else scan_bumpy_sphere(truth[i], points, rng)
         estimates, pairs = {}, {}
         for method in STREAMED:
-            status = {FAILED: "low_overlap", EMPTY: "too_few_points"}.get(i, "ok")
+            status = {FAILED: Status.LOW_OVERLAP, EMPTY: Status.TOO_FEW_POINTS}.get(i, Status.OK)
             estimates[method] = _make_estimate(i, method, status, truth, with_truth)
             if i not in (0, EMPTY):
                 pairs[method] = make_pair(i, i - 1, status, "icp" not in method, len(cloud))
@@ -96,7 +97,7 @@ def make_results(views: int = 5, points: int = 2000, with_truth: bool = True, co
 
 
 def _make_estimate(
-    i: int, method: str, status: str, truth: dict[int, np.ndarray], with_truth: bool, center_error: bool = False
+    i: int, method: str, status: Status, truth: dict[int, np.ndarray], with_truth: bool, center_error: bool = False
 ) -> ViewEstimate:
     drift = DRIFT[method]
     turn = poses.from_quaternion(np.full(3, i * drift), [np.sin(i * drift / 2), 0, 0, np.cos(i * drift / 2)], "")
@@ -104,14 +105,14 @@ def _make_estimate(
         return ViewEstimate(i, status, None)
     known = (i * drift, 2 * i * drift, 100 * i * drift, 0.5 * i * drift if center_error else None)
     errors = ViewErrors(*known) if with_truth else ViewErrors()
-    return ViewEstimate(i, status, poses.invert(truth[0]) @ truth[i] @ turn, errors)
+    return ViewEstimate(i, status, poses.invert(truth[0]) @ truth[i] @ turn, errors=errors)
 
 
-def make_pair(source: int, target: int, status: str, matched: bool, points: int) -> PairEstimate:
+def make_pair(source: int, target: int, status: Status, matched: bool, points: int) -> PairEstimate:
     counts = {"keypoints": 300, "valid_frames": 290, "matches": 90, "inliers": 40} if matched else {}
     seen = {"misfit": 0.9, "violations": 0.01, "unseen": 0.02, "observability": 0.1}
     evidence = Evidence(points=points, rmse_m=1e-3 * source, overlap=1 - 0.2 * source, **counts, **seen)
-    candidates = (Candidate("consensus", status, 0.4), Candidate("identity", "diverged", 0.1))
+    candidates = (Candidate("consensus", status, 0.4), Candidate("identity", Status.DIVERGED, 0.1))
     return PairEstimate(source, target, np.eye(4), status, 0.9, evidence, candidates)
 
 
@@ -121,9 +122,11 @@ def _make_session(results: list[ViewResult], truth: dict[int, np.ndarray], with_
         statuses = {result.view: result.poses[method].status for result in results}
         estimates = tuple(_make_estimate(i, method, statuses[i], truth, with_truth, True) for i in statuses)
         pairs = tuple(result.pairs[method] for result in results if method in result.pairs)
-        reconstruction[method] = MethodResult(estimates, pairs, summary=summarize(estimates, 0))
-    reconstruction["refined"] = _make_graph(results, truth, with_truth)
+        reconstruction[method] = MethodResult.of(estimates, pairs, 0)
+    reconstruction[Method.REFINED] = _make_graph(results, truth, with_truth)
     deviations = tuple(TurntableDeviation(i, 0.1 * i - 0.2, 0.01 * i, 1e-4 * i) for i in range(FAILED))
+    model = Model(Method.REFINED, results[0].points, None, results[0].points[:7] + 0.05)
+    turntable = Turntable(AXIS, CENTER, 20.0, deviations)
     return SessionResult(
         info=make_info(len(results)),
         views_used=tuple(result.view for result in results),
@@ -131,8 +134,9 @@ def _make_session(results: list[ViewResult], truth: dict[int, np.ndarray], with_
         stamps_ns=tuple(result.stamp_ns for result in results),
         origin=0,
         reconstruction=reconstruction,
-        model=Model("refined", results[0].points, None, results[0].points[:7] + 0.05),
-        turntable=Turntable(AXIS, CENTER, 20.0, deviations),
+        model=model,
+        turntable=turntable,
+        coverage=_cover(reconstruction[Method.REFINED], model, turntable),
         seconds={"total": 1.5},
         settings={},
         seed=0,
@@ -140,9 +144,14 @@ def _make_session(results: list[ViewResult], truth: dict[int, np.ndarray], with_
     )
 
 
+def _cover(found: MethodResult, model: Model, turntable: Turntable) -> Coverage | None:
+    return measure_coverage(found.placed, (0.0, 0.0, 0.0), model, turntable, CoverageSettings())
+
+
 def _make_graph(results: list[ViewResult], truth: dict[int, np.ndarray], with_truth: bool) -> MethodResult:
     """A chain of pairs and two more: one that the others contradict by 90 degrees, one with a free turn."""
-    statuses = {r.view: {FAILED: "ambiguous", EMPTY: "too_few_points"}.get(r.view, "ok") for r in results}
+    odd = {FAILED: Status.AMBIGUOUS, EMPTY: Status.TOO_FEW_POINTS}
+    statuses = {result.view: odd.get(result.view, Status.OK) for result in results}
     views = tuple(_make_estimate(i, "refined", status, truth, with_truth, True) for i, status in statuses.items())
     T_0 = {view.view: view.T_0_i for view in views}
     turn = Freedom("turn", AXIS, CENTER)
@@ -150,14 +159,15 @@ def _make_graph(results: list[ViewResult], truth: dict[int, np.ndarray], with_tr
     pairs = []
     for source, target in ((1, 0), (2, 1), (2, 0), (3, 2)):
         T = poses.invert(T_0[target]) @ T_0[source]
-        pair = replace(make_pair(source, target, "ok", target == source - 1, 2000), T_target_source=T, center=CENTER)
+        pair = make_pair(source, target, Status.OK, target == source - 1, 2000)
+        pair = replace(pair, T_target_source=T, center=CENTER)
         if (source, target) == (2, 0):
-            pair = replace(pair, T_target_source=quarter @ T, status="inconsistent", confidence=0.95)
+            pair = replace(pair, T_target_source=quarter @ T, status=Status.INCONSISTENT, confidence=0.95)
         if source == FAILED:
             errors = PairErrors(30.0, 0.01, 0.25, 0.001) if with_truth else PairErrors()
-            pair = replace(pair, status="ambiguous", freedoms=(turn,), errors=errors)
+            pair = replace(pair, status=Status.AMBIGUOUS, freedoms=(turn,), errors=errors)
         pairs.append(pair)
-    return MethodResult(views, tuple(pairs), True, (turn,), summarize(views, 0))
+    return MethodResult.of(views, pairs, 0, loop_closed=True, freedoms=(turn,))
 
 
 def make_info(views: int) -> SessionInfo:

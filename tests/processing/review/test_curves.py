@@ -3,7 +3,7 @@
 import pytest
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.status import METHODS
 from orbitscan.processing.review import entities
 from tests.processing.review.recordings import read_rows
 

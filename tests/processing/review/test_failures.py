@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.results.records import (
-    METHODS,
     Evidence,
     MethodResult,
     SessionResult,
     ViewEstimate,
     ViewResult,
-    summarize,
 )
+from orbitscan.processing.results.status import METHODS, Status
 from tests import viewer
 from tests.processing.review.made_results import (
     EMPTY,
@@ -39,8 +38,8 @@ def select(session: SessionResult, views: list[ViewResult], **fields: object) ->
         view_names=tuple(v.name for v in views),
         stamps_ns=tuple(v.stamp_ns for v in views),
         origin=views[0].origin,
-        reconstruction={m: MethodResult(placed[m], pairs[m], summary=summarize(placed[m], 0)) for m in METHODS},
-        **{"model": None, "turntable": None} | fields,
+        reconstruction={m: MethodResult.of(placed[m], pairs[m], 0) for m in METHODS},
+        **{"model": None, "turntable": None, "coverage": None} | fields,
     )
 
 
@@ -54,7 +53,7 @@ def no_consensus() -> Results:
     views, session = make_results()
     lost: list[ViewResult] = [views[0]]
     for view in views[1:]:
-        status = "unreadable" if view.view == EMPTY else "no_consensus"
+        status = Status.UNREADABLE if view.view == EMPTY else Status.NO_CONSENSUS
         evidence = Evidence(points=1900, keypoints=40, valid_frames=38, matches=12)
         pairs = {
             m: replace(p, T_target_source=None, status=status, confidence=0.0, evidence=evidence)
@@ -76,7 +75,7 @@ def nothing_readable() -> Results:
             keypoints=none,
             correspondences=None,
             pairs={},
-            poses={m: ViewEstimate(view.view, "unreadable", None) for m in view.poses},
+            poses={m: ViewEstimate(view.view, Status.UNREADABLE, None) for m in view.poses},
             origin=None,
             damage=DAMAGE,
         )

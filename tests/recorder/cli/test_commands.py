@@ -1,11 +1,13 @@
 """All commands of the recorder: their help, their exit status."""
 
+import logging
 import subprocess
 import sys
 
 import pytest
+import typer
 
-from orbitscan.recorder import mcap_file
+from orbitscan.recorder import cli, mcap_file
 
 
 @pytest.mark.parametrize("arguments", ["convert", "convert scans", "info", "nonsense", "convert s -o x --units inch"])
@@ -51,3 +53,16 @@ def test_a_reader_that_goes_away_is_no_error(recording):
     command = f"{sys.executable} -c '{code}' info {recording} | true"
     found = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
     assert found.stderr == ""
+
+
+def test_what_the_library_logs_is_a_line_on_stderr(capsys):
+    app = typer.Typer()
+
+    @app.command()
+    def speak() -> None:
+        logging.getLogger("orbitscan.recorder.kernels").warning("kept in %s", "a folder")
+
+    for _ in range(2):  # once each time
+        with pytest.raises(SystemExit):
+            cli.run(app, [])
+        assert capsys.readouterr() == ("", "kept in a folder\n")

@@ -12,7 +12,7 @@ from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud
 from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.simulation import objects
 from orbitscan.recorder.simulation.box_tree import BoxTree
-from orbitscan.recorder.simulation.camera import simulate
+from orbitscan.recorder.simulation.camera import Camera, simulate
 from orbitscan.recorder.simulation.objects.solids import box
 
 
@@ -172,6 +172,16 @@ def test_the_side_of_a_triangle_that_faces_the_camera_does_not_matter(tmp_path):
     np.testing.assert_array_equal(views[0].colors, views[1].colors)
 
 
+def test_a_camera_is_given_whole_or_by_its_fields():
+    camera = Camera(views=8, every=2)
+    session = simulate("bowl", 2, camera, seed=3)
+    assert (session.info.name, session.info.views, session.info.views_per_turn) == ("bowl_2", 4, 4)
+    same = simulate("bowl", instance=2, views=8, every=2, seed=3)
+    assert (same.info, same.truth()[3].tolist()) == (session.info, session.truth()[3].tolist())
+    with pytest.raises(TypeError, match="colour"):
+        simulate("bowl", colour="red")
+
+
 def test_views_are_rendered_only_when_loaded():
     session = simulate("robot", views=100_000)
     assert session.names[-1] == "view_99999"
@@ -181,15 +191,16 @@ def test_views_are_rendered_only_when_loaded():
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"views": 0}, "--views 0: a turn has at least one view"),
-        ({"noise_mm": -1}, "--noise-mm -1: no standard deviation"),
-        ({"noise_mm": math.nan}, "--noise-mm nan: no standard deviation"),
-        ({"elevation_deg": 90.5}, "--elevation 90.5: no angle above the horizon"),
-        ({"distance": 0.2}, "--distance 0.2: the camera would stand inside the object"),
-        ({"distance": math.inf}, "--distance inf: no distance"),
-        ({"focal": 0}, "--focal 0: no focal length"),
-        ({"focal": 50_000}, "--focal 50000: the object would fill an image of"),
-        ({"seed": -1}, "--seed -1: seeds are not negative"),
+        ({"views": 0}, "views=0: a turn has at least one view"),
+        ({"noise_mm": -1}, "noise_mm=-1: not a standard deviation"),
+        ({"noise_mm": math.nan}, "noise_mm=nan: not a standard deviation"),
+        ({"elevation_deg": 90.5}, "elevation_deg=90.5: not an elevation"),
+        ({"distance": 0.2}, "distance=0.2: the camera would stand inside the object"),
+        ({"distance": math.inf}, "distance=inf: not a distance"),
+        ({"focal": 0}, "focal=0: not a focal length"),
+        ({"focal": 50_000}, "focal=50000: the object would fill an image of"),
+        ({"sensor": "lidar"}, "sensor='lidar': not a known sensor; give gaussian or kinect"),
+        ({"seed": -1}, "seed=-1: seeds are not negative"),
         ({"instance": 0}, "instance 0: instances count from 1"),
     ],
 )
@@ -201,7 +212,7 @@ def test_values_that_make_no_sense_are_refused_in_one_sentence(options, sentence
 
 
 def test_a_word_that_is_no_object_is_answered_with_the_objects():
-    with pytest.raises(InvalidOption, match="teapot: no known object; choose one of bin, coffee_mug, robot"):
+    with pytest.raises(InvalidOption, match="teapot: not a known object; choose one of bin, coffee_mug, robot"):
         simulate("teapot")
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput
-from orbitscan.recorder.simulation.corpus import INSTANCES, Camera, Circle, open_circle, plan, record, record_all
+from orbitscan.recorder.simulation.corpus import CAMERA, INSTANCES, Circle, open_circle, plan, record, record_all
 
-QUICK = Camera(views=200, every=100)
+QUICK = replace(CAMERA, every=100)
 
 
 def test_the_thesiss_table_gives_its_circles():
@@ -29,7 +29,7 @@ def test_a_circle_starts_half_a_run_before_the_front(category, degrees):
 
 @pytest.mark.parametrize(("category", "runs"), [("cap", 6), ("coffee_mug", 4)])
 def test_the_middle_of_the_first_run_sees_the_front(category, runs):
-    camera = Camera(views=240)
+    camera = replace(CAMERA, views=240)
     place = open_circle(Circle(category, 2, 2), camera).truth()[240 // runs // 2][:3, 3]
     assert math.degrees(math.atan2(place[1], place[0])) == pytest.approx(0, abs=1e-9)
 
@@ -44,8 +44,8 @@ def test_the_three_videos_look_from_three_heights():
 
 
 def test_a_thinned_circle_is_a_part_of_the_whole_one():
-    whole = open_circle(Circle("coffee_mug", 2, 1), Camera(views=20))
-    thin = open_circle(Circle("coffee_mug", 2, 1), Camera(views=20, every=7))
+    whole = open_circle(Circle("coffee_mug", 2, 1), replace(CAMERA, views=20))
+    thin = open_circle(Circle("coffee_mug", 2, 1), replace(CAMERA, views=20, every=7))
     assert (thin.info.views, thin.info.views_per_turn) == (3, pytest.approx(20 / 7))
     for index in range(3):
         np.testing.assert_allclose(thin.truth()[index], whole.truth()[7 * index], atol=1e-12)

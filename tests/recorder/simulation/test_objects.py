@@ -154,7 +154,7 @@ def test_an_object_of_no_symmetry_is_no_mirror_image_of_itself(name):
 
 
 def test_an_unknown_object_names_the_known_ones():
-    with pytest.raises(InvalidOption, match=r"^teapot: no known object; choose one of bin, coffee_mug, robot, "):
+    with pytest.raises(InvalidOption, match=r"^teapot: not a known object; choose one of bin, coffee_mug, robot, "):
         objects.build("teapot")
 
 

@@ -45,7 +45,7 @@ def test_nothing_is_measured_beyond_eight_metres():
 
 
 def test_a_kinect_too_far_away_is_refused():
-    with pytest.raises(InvalidOption, match=r"--distance 9: a Kinect sees nothing beyond 8 m"):
+    with pytest.raises(InvalidOption, match=r"distance=9.0: a Kinect sees nothing beyond 8 m"):
         simulate("bowl", sensor="kinect", distance=9)
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from orbitscan.recorder import cloud
+from orbitscan.recorder.conversion import CaptureOptions
 from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
 from orbitscan.recorder.sources import open_capture
-from orbitscan.recorder.sources.options import CaptureOptions
 
 LABELLED = CaptureOptions(categories_from_folders=True)
 LIDAR = CaptureOptions(
@@ -79,12 +79,12 @@ def test_the_conversion_holds_for_every_cloud(tmp_path):
 @pytest.mark.parametrize(
     ("said", "what"),
     [
-        ({"poses": "p.txt"}, "--poses: is not for --categories-from-folders, which makes a session of each view"),
-        ({"poses_are": "object-to-camera"}, "--poses-are: is not for"),
-        ({"category": "cup"}, "--category: the folders and files settle it; leave it out"),
-        ({"name": "cup"}, "--name: the folders and files settle it"),
+        ({"poses": "p.txt"}, "poses: is not for categories_from_folders, which makes a session of each view"),
+        ({"poses_are": "object-to-camera"}, "poses_are: is not for"),
+        ({"category": "cup"}, "category: the folders and files settle it; leave it out"),
+        ({"name": "cup"}, "name: the folders and files settle it"),
         ({"axes": "RUF"}, "a left-handed frame"),
-        ({"format": "washington"}, "--categories-from-folders: the washington format settles it"),
+        ({"format": "washington"}, "categories_from_folders: the washington format settles it"),
     ],
 )
 def test_options_that_do_not_go_with_it_are_refused(tmp_path, said, what):

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from orbitscan.recorder import poses
-from orbitscan.recorder.conversion import METRES
+from orbitscan.recorder.conversion import METRES, CaptureOptions
 from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
 from orbitscan.recorder.sources import clouds, open_capture
-from orbitscan.recorder.sources.options import CaptureOptions
 from tests.geometry import random_pose
 
 STEMS = ["view_0", "view_1", "view_2", "view_10"]
@@ -110,14 +109,14 @@ def test_a_cloud_with_two_poses_is_refused(folder):
 
 def test_a_pose_that_is_no_rotation_is_refused_by_its_cloud(folder):
     write_json(folder / "poses.json", [*MOTIONS[:3], np.diag([2, 2, 2, 1])])
-    with pytest.raises(InvalidPose, match=r"poses\.json, pose of view_10\.npy: a pose is no rotation"):
+    with pytest.raises(InvalidPose, match=r"poses\.json, pose of view_10\.npy: a pose is not a rotation"):
         open_capture(folder)
 
 
 def test_two_files_of_poses_are_refused_until_one_is_named(folder):
     (folder / "poses.txt").write_text("\n".join(["1 0 0 0 0 1 0 0 0 0 1 0"] * 4))
     write_json(folder / "truth.json", MOTIONS)
-    with pytest.raises(InvalidPose, match=r"poses\.txt and truth\.json may both hold poses; name one with --poses"):
+    with pytest.raises(InvalidPose, match=r"poses\.txt and truth\.json may both hold poses; name one with poses"):
         open_capture(folder)
     (session,) = open_capture(folder, CaptureOptions(poses=folder / "truth.json"))
     np.testing.assert_allclose(session.truth()[2], MOTIONS[2], atol=1e-12)

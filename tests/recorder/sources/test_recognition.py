@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from orbitscan.recorder.conversion import CaptureOptions
 from orbitscan.recorder.exceptions import UnknownFormat
 from orbitscan.recorder.sources import FORMATS, open_capture
-from orbitscan.recorder.sources.options import CaptureOptions
 from tests.recorder.sources.test_washington import write_frames
 
 
@@ -23,7 +23,7 @@ def test_nothing_that_is_known_names_all_choices(tmp_path):
 
 
 def test_an_unknown_format_by_name(tmp_path):
-    with pytest.raises(UnknownFormat, match="--format e57: no format that is known; give clouds, stanford, washington"):
+    with pytest.raises(UnknownFormat, match="format='e57': not a known format; give clouds, stanford, washington"):
         open_capture(tmp_path, CaptureOptions(format="e57"))
 
 
@@ -31,7 +31,7 @@ def test_frames_of_washington_beside_poses_could_be_two_formats(tmp_path):
     write_frames(tmp_path, "cap_1_1_1", "cap_1_1_2")
     assert open_capture(tmp_path)[0].info.source == "washington"
     (tmp_path / "poses.txt").write_text("\n".join(["1 0 0 0 0 1 0 0 0 0 1 0"] * 2))
-    with pytest.raises(UnknownFormat, match="pass --format clouds or --format washington"):
+    with pytest.raises(UnknownFormat, match="could be clouds or washington; say which with format"):
         open_capture(tmp_path)
     assert open_capture(tmp_path, CaptureOptions(format="clouds"))[0].info.source == "clouds"
     assert open_capture(tmp_path, CaptureOptions(format="washington"))[0].info.source == "washington"
@@ -47,7 +47,7 @@ def test_a_tree_of_clouds_may_be_a_collection(tmp_path):
     for folder in (tmp_path / "bowl", tmp_path / "mug" / "red"):
         folder.mkdir(parents=True)
         np.save(folder / "a.npy", np.zeros((3, 3)))
-    with pytest.raises(UnknownFormat, match=r"its folders do \(bowl, mug\); pass --categories-from-folders where"):
+    with pytest.raises(UnknownFormat, match=r"its folders do \(bowl, mug\); pass categories_from_folders=True where"):
         open_capture(tmp_path)
 
 

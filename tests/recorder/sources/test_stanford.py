@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from orbitscan.recorder import poses
+from orbitscan.recorder.conversion import CaptureOptions
 from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud
 from orbitscan.recorder.sources import open_capture
-from orbitscan.recorder.sources.options import CaptureOptions
 
 BUNNY = ("bun000", "bun045", "bun090", "bun180", "bun270", "top2", "top3", "bun315", "chin", "ear_back")
 PLY = (
@@ -68,7 +68,7 @@ def test_two_confs_are_refused_until_one_is_named(folder):
 
 def test_what_the_format_settles_is_not_up_to_the_user(folder):
     write_conf(folder, "bmesh a.ply 0 0 0 0 0 0 1")
-    with pytest.raises(InvalidOption, match="--axes: the stanford format settles it"):
+    with pytest.raises(InvalidOption, match="axes: the stanford format settles it"):
         open_capture(folder, CaptureOptions(axes="RDF"))
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from orbitscan.recorder.conversion import CaptureOptions
 from orbitscan.recorder.exceptions import InvalidOption, UnknownFormat
 from orbitscan.recorder.sources import open_capture
-from orbitscan.recorder.sources.options import CaptureOptions
 
 PCD = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n{} 700 30\n"
 
@@ -63,7 +63,7 @@ def test_other_clouds_in_the_tree_are_left_out_only_where_the_format_is_named(tm
 
 
 def test_what_the_format_settles_is_not_up_to_the_user(tmp_path):
-    with pytest.raises(InvalidOption, match="--category: the washington format settles it"):
+    with pytest.raises(InvalidOption, match="category: the washington format settles it"):
         open_capture(write_frames(tmp_path, "cap_1_1_1"), CaptureOptions(category="mug"))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ class Dent:
     radius: float  # standard deviation [m]
 
     def press(self, points: np.ndarray) -> np.ndarray:
-        """The points (..., 3), pushed."""
+        """The points (..., 3), pushed in by the dent."""
         near = np.exp(-((points - self.center) ** 2).sum(axis=-1, keepdims=True) / (2 * self.radius**2))
         return points + near * self.push
 
@@ -33,10 +33,10 @@ class Crown:
     boxiness: float
     bend: float  # of the brim, and so of the edge it is sewn to [m]
     steepness: float = 0.12  # of the front panels above the others
-    arch: float = 0.30  # cut out above the strap, as a share of the way up
-    dents: tuple[Dent, ...] = ()
+    arch: float = field(default=0.30, kw_only=True)  # cut out above the strap, as a share of the way up
+    dents: tuple[Dent, ...] = field(default=(), kw_only=True)
 
-    def at(self, angle: np.ndarray, share: np.ndarray, grown: float = 0.0) -> np.ndarray:
+    def at(self, angle: np.ndarray | float, share: np.ndarray | float, grown: float = 0.0) -> np.ndarray:
         """Points (..., 3) at an angle [rad] from the front, `share` of the way up, all `grown` outward [m]."""
         angle, share = np.broadcast_arrays(angle, share)
         rise = np.clip(share, 0, 1) * np.pi / 2
@@ -50,8 +50,8 @@ class Crown:
             points = dent.press(points)
         return points
 
-    def dented(self, rng: np.random.Generator, count: int, depth: tuple[float, float]) -> Crown:
-        """The crown with dents more, each pushed inward by some `depth` [m] anywhere above its edge."""
+    def dented(self, rng: np.random.Generator, count: int | np.integer, depth: tuple[float, float]) -> Crown:
+        """The crown with so many dents more, each pushed inward by some `depth` [m] anywhere above its edge."""
         dents = []
         for angle, share, push, radius in rng.uniform(
             (0, 0.12, depth[0], 1.3), (2 * np.pi, 1, depth[1], 2.6), (count, 4)

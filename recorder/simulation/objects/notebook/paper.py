@@ -1,6 +1,7 @@
 """What notebooks are made of: sheets that bend and wave, stacks of pages, coils of wire; their sizes and colours."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -119,10 +120,10 @@ def ruled(sheet: Mesh, rng: np.random.Generator) -> Mesh:
     """Paper, plain or with lines along y."""
     row = np.arange(len(sheet.vertices)) % (2 * ACROSS)
     column = np.minimum(row, 2 * ACROSS - 1 - row)
-    painted = sheet.painted(PAPER)
-    if rng.random() < 0.7:
-        painted.colors[np.flatnonzero((column % 3 == 1) & (column > 2))] = LINE
-    return painted
+    if rng.random() >= 0.7:
+        return sheet.painted(PAPER)
+    lined = (column % 3 == 1) & (column > 2)
+    return replace(sheet, colors=np.where(lined[:, None], LINE, PAPER).astype(np.uint8))
 
 
 def bent(length: float, degrees: np.ndarray, start: tuple[float, float]) -> np.ndarray:

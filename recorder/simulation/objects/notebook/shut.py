@@ -134,7 +134,7 @@ def _label(
         return []
     size = rng.uniform(0.15, 0.4, 2) * (length, width)
     x, y = rng.uniform(-0.25, 0.05) * length, 0.5 * width
-    return [box(*size, 0.0016).moved(x, y, top - 0.0016).painted(color if rng.random() < 0.5 else PAPER)]
+    return [box(size[0], size[1], 0.0016).moved(x, y, top - 0.0016).painted(color if rng.random() < 0.5 else PAPER)]
 
 
 def _wire(rng: np.random.Generator) -> tuple[int, int, int]:

@@ -98,8 +98,8 @@ def ball(rng: np.random.Generator) -> Mesh:
         arc = sweep(rounded_rectangle(0.05 * radius, 0.14 * radius, 0.015 * radius, 3), bow, up=(0, 1, 0)).turned(
             "y", 23
         )
-        low = [(0, 0), (0.75, 0), (0.75, 0.08), (0.2, 0.2), (0.1, 0.35), (0.1, 1), (0, 1)]
-        stand = revolve(np.array(low) * (radius, 0.9 * rise), 36).moved(z=-1.05 * radius - 0.9 * rise)
+        foot = [(0, 0), (0.75, 0), (0.75, 0.08), (0.2, 0.2), (0.1, 0.35), (0.1, 1), (0, 1)]
+        stand = revolve(np.array(foot) * (radius, 0.9 * rise), 36).moved(z=-1.05 * radius - 0.9 * rise)
         return merge([sphere.turned("y", 23), arc.painted(STEEL), stand.painted(BLACK)])
     low = -radius * squash
     if style == 1:
@@ -199,6 +199,8 @@ def hand_towel(rng: np.random.Generator) -> Mesh:
         slab = along_x(
             length / 2 * s, domed(width / 2, thick, 3.5, 40, 0.0) * np.stack([0 * s + 1, ends], axis=1)[:, None]
         )
-        slab = rumpled(rng, slab, 0.005).moved(*rng.uniform(-0.006, 0.006, 2), 0.92 * thick * layer)
+        slab = rumpled(rng, slab, 0.005)
+        x, y = rng.uniform(-0.006, 0.006, 2)
+        slab = slab.moved(x, y, 0.92 * thick * layer)
         layers.append(slab.painted(color if layer % 2 == 0 else trim))
     return merge(layers).turned("z", rng.uniform(-15, 15))

@@ -72,7 +72,7 @@ def test_constant_patches_are_left_out():
 
 def test_patches_lie_about_keypoints(views):
     unit = 2 * float(bounding_spheres(pack(views[:1]))[1][0]) / 32
-    keypoints, _ = detect_keypoints(views[0], 2.5 * unit, unit, KEYPOINTS)
+    keypoints = detect_keypoints(views[0], 2.5 * unit, unit, KEYPOINTS)
     voxels = np.unique(voxel_indices(pack(views[:1]), 32).numpy()[keypoints], axis=0)
     found = patches(views[0], grid_of(views[0]), 5, KEYPOINTS)
     assert len(found) == len(voxels) > 10

@@ -23,7 +23,7 @@ def test_every_instance_of_table_3_1_has_a_circle_whose_views_are_the_corpus_s(t
     assert {name: len(sessions) for name, sessions in found.items()} == corpus.INSTANCES
     assert {session.info.elevation_deg for sessions in found.values() for session in sessions} == {30.0}
     assert not list(tmp_path.iterdir())  # nothing is recorded
-    thinned = corpus.open_circle(corpus.Circle("dry_battery", 2, 1), corpus.Camera(every=50))
+    thinned = corpus.open_circle(corpus.Circle("dry_battery", 2, 1), replace(corpus.CAMERA, every=50))
     np.testing.assert_array_equal(found["dry_battery"][1].load(100).points, thinned.load(2).points)
 
 

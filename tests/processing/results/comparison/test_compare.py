@@ -150,7 +150,7 @@ def test_in_another_recording_no_camera_has_moved(pair, tmp_path):
     for folder in (tmp_path / "a", pair[1]):
         change(folder, forget)
     change(pair[1], lambda r: r["reconstruction"]["refined"]["views"][2]["T_0_i"][0].__setitem__(3, 0.5))
-    change(pair[1], lambda r: r["key"].update(input_sha256="another"))
+    change(pair[1], lambda r: r["input"].update(sha256="another"))
     session = compare((tmp_path / "a", pair[1]))
     assert (session.verdict, of_view(session, 2).moved_m) == ("same", None)
     assert any("another recording" in note for note in session.notes)

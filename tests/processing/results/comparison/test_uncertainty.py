@@ -2,35 +2,30 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from orbitscan.processing.results.comparison.uncertainty import (
-    ROUNDING,
-    Extent,
     pair_deviation,
     scale_of_errors,
     view_deviations,
 )
+from orbitscan.processing.results.folder import ROUNDING
+from orbitscan.processing.results.records import Evidence, MethodResult, PairErrors, PairEstimate
+from orbitscan.processing.results.status import Method, Status
+from tests.processing.results.made import make_results
 
 Q = 2.0
 
 
-def pair(source=1, target=0, status="ok", error_m=None, **evidence):
-    """A pair as results.json has it."""
+def pair(source=1, target=0, status=Status.OK, error_m=None, turned_deg=0.0, **evidence):
+    """A pair whose observable error is known, or is not."""
     known = {"rmse_m": 1e-3, "overlap": 0.5, "observability": 0.1, "points": 4000}
-    return {
-        "source": source,
-        "target": target,
-        "status": status,
-        "evidence": known | evidence,
-        "rotation_error_deg_observable": None if error_m is None else 0.0,
-        "center_error_m_observable": error_m,
-    }
+    errors = PairErrors(None, None, turned_deg, error_m) if error_m is not None else PairErrors()
+    return PairEstimate(source, target, None, status, 1.0, Evidence(**known | evidence), errors=errors)
 
 
 def results(method, *pairs):
-    return {"reconstruction": {method: {"pairs": list(pairs)}}}
+    return make_results(reconstruction={Method(method): MethodResult((), pairs)})
 
 
 def test_a_deviation_is_the_residual_over_the_root_of_the_patches_that_hold_it():
@@ -51,7 +46,7 @@ def test_less_than_a_patch_counts_as_one_and_nothing_is_known_beyond_rounding():
 
 
 @pytest.mark.parametrize(
-    "unknown", [{"status": "low_overlap"}, {"rmse_m": None}, {"overlap": 0.0}, {"observability": None}]
+    "unknown", [{"status": Status.LOW_OVERLAP}, {"rmse_m": None}, {"overlap": 0.0}, {"observability": None}]
 )
 def test_a_pair_that_failed_or_says_nothing_has_none(unknown):
     assert pair_deviation(pair(**unknown), Q) is None
@@ -83,18 +78,6 @@ def test_the_measured_error_widens_it_and_never_narrows_it():
 
 
 def test_a_turn_counts_by_what_it_moves_at_the_lever():
-    sigma, turned = pair_deviation(pair(), Q), pair(error_m=0.0)
-    turned["rotation_error_deg_observable"] = math.degrees(5 * sigma / 0.1)
+    sigma = pair_deviation(pair(), Q)
+    turned = pair(error_m=0.0, turned_deg=math.degrees(5 * sigma / 0.1))
     assert scale_of_errors(results("refined", turned), 0.1, Q) == pytest.approx(5)
-
-
-def test_an_extent_is_that_of_the_points_but_for_stray_ones():
-    rng = np.random.default_rng(1)
-    ball = rng.normal(size=(20000, 3))
-    ball *= 0.1 / np.linalg.norm(ball, axis=1, keepdims=True)
-    ball[:, 2] += 1
-    found = Extent.of(np.vstack([ball, [[0, 0, 9]]]))
-    assert found.center == pytest.approx([0, 0, 1], abs=3e-3)
-    assert found.diameter == pytest.approx(0.2 * math.sqrt(3), rel=0.05)
-    assert found.lever == pytest.approx(0.1, rel=0.2)
-    assert Extent.of(np.zeros((1, 3))).lever > 0

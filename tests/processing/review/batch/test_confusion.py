@@ -1,8 +1,6 @@
-"""A batch's confusion: counted from results.json, with a row and a column for what is unknown; CSV and drawing."""
+"""A batch's confusion: counted from results, with a row and a column for what is unknown; CSV and drawing."""
 
 import csv
-import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,46 +8,40 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from orbitscan.processing.results.confusion import Confusion, count_confusion, tabulate, write_csv
+from orbitscan.processing.results.folder import Results
+from orbitscan.processing.results.records import SessionClassification, ViewClassification
 from orbitscan.processing.review.batch.confusion import count_right, describe_confusion, log_confusion, view_confusion
 from orbitscan.processing.review.stream import whole_recording
 from orbitscan.recorder.exceptions import UnwritableOutput
+from tests.processing.results.made import make_results
 
-CATEGORIES = ["bowl", "cap", "coffee_mug"]
+CATEGORIES = ("bowl", "cap", "coffee_mug")
 
 
-def write_results(
-    folder: Path, category: str | None, found: str | None, views: list[str | None], classified: bool = True
-) -> Path:
-    """A results folder of what counts; None is unknown."""
-    folder.mkdir(parents=True)
-    classification = {
-        "categories": CATEGORIES,
-        "category": found,
-        "likeliest": found or "bowl",
-        "known": found is not None,
-        "probability": 0.7,
-        "views": [{"category": view, "known": view is not None} for view in views],
-    }
-    content = {
-        "session": {"name": folder.name, "category": category},
-        "classification": classification if classified else None,
-    }
-    (folder / "results.json").write_text(json.dumps(content))
-    return folder
+def session(
+    name: str, category: str | None, found: str | None, views: list[str | None], classified: bool = True
+) -> Results:
+    """The results of what counts; None is unknown."""
+    alone = tuple(
+        ViewClassification(i, view, view or "bowl", view is not None, 0.0, {"bowl": 1.0})
+        for i, view in enumerate(views)
+    )
+    answer = SessionClassification("", CATEGORIES, found, found or "bowl", found is not None, 0.7, (), (), alone)
+    return make_results(name, category, classification=answer if classified else None)
 
 
 @pytest.fixture
-def confusion(tmp_path) -> Confusion:
-    folders = [
-        write_results(tmp_path / "r" / "mug_1", "coffee_mug", "coffee_mug", ["coffee_mug", "bowl", None]),
-        write_results(tmp_path / "r" / "bowl_1", "bowl", "cap", ["cap", "cap", "bowl"]),
-        write_results(tmp_path / "r" / "bowl_2", "bowl", None, [None]),
-        write_results(tmp_path / "r" / "orange_1", "orange", "bowl", ["bowl", None]),
-        write_results(tmp_path / "r" / "banana_1", "banana", None, [None, None]),
-        write_results(tmp_path / "r" / "unlabelled", None, "cap", ["cap"]),
-        write_results(tmp_path / "r" / "unclassified", "cap", None, [], classified=False),
+def confusion() -> Confusion:
+    sessions = [
+        session("mug_1", "coffee_mug", "coffee_mug", ["coffee_mug", "bowl", None]),
+        session("bowl_1", "bowl", "cap", ["cap", "cap", "bowl"]),
+        session("bowl_2", "bowl", None, [None]),
+        session("orange_1", "orange", "bowl", ["bowl", None]),
+        session("banana_1", "banana", None, [None, None]),
+        session("unlabelled", None, "cap", ["cap"]),
+        session("unclassified", "cap", None, [], classified=False),
     ]
-    return count_confusion(folders)
+    return count_confusion(sessions)
 
 
 def test_counts_of_recordings_and_of_views(confusion):
@@ -59,16 +51,16 @@ def test_counts_of_recordings_and_of_views(confusion):
     assert [answer.session for answer in confusion.answers if answer.right] == ["banana_1", "mug_1"]
 
 
-def test_one_labelled_recording_is_no_batch(tmp_path):
-    one = write_results(tmp_path / "a", "bowl", "bowl", ["bowl"])
-    other = write_results(tmp_path / "b", None, "bowl", ["bowl"])
+def test_one_labelled_recording_is_no_batch():
+    one = session("a", "bowl", "bowl", ["bowl"])
+    other = session("b", None, "bowl", ["bowl"])
     assert count_confusion([one, other]) is None
     assert count_confusion([]) is None
 
 
-def test_the_order_of_the_folders_does_not_count(tmp_path):
-    folders = [write_results(tmp_path / name, "bowl", "bowl", ["bowl"]) for name in ("b", "a")]
-    assert [a.session for a in count_confusion(folders).answers] == ["a", "b"]
+def test_the_order_of_the_sessions_does_not_count():
+    sessions = [session(name, "bowl", "bowl", ["bowl"]) for name in ("b", "a")]
+    assert [a.session for a in count_confusion(sessions).answers] == ["a", "b"]
 
 
 def test_csv_reads_back_equal(confusion, tmp_path):

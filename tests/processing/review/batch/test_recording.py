@@ -7,9 +7,11 @@ import pytest
 from rerun.chunk import RrdReader
 
 from orbitscan.processing.results.batch_table import Row
-from orbitscan.processing.results.records import METHODS, ViewErrors, ViewEstimate, summarize
+from orbitscan.processing.results.records import MethodResult, ViewErrors, ViewEstimate
+from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.batch.recording import conclude, write_batch
 from tests import viewer
+from tests.processing.results.made import make_folder
 
 
 def row(name, center_m=None, failed=0, methods=METHODS, views=4):
@@ -17,18 +19,18 @@ def row(name, center_m=None, failed=0, methods=METHODS, views=4):
     found = {}
     for i, method in enumerate(methods):
         error = None if center_m is None else center_m / (i + 1)
-        estimates = tuple(
-            ViewEstimate(v, "ambiguous" if v < failed else "ok", np.eye(4), ViewErrors(error, error, error, error))
+        estimates = [
+            ViewEstimate(
+                v,
+                Status.AMBIGUOUS if v < failed else Status.OK,
+                np.eye(4),
+                errors=ViewErrors(error, error, error, error),
+            )
             for v in range(views)
-        )
-        found[method] = {"summary": summarize(estimates, None)}
-    results = {
-        "session": {"name": name, "category": "robot", "views_recorded": 9, "views_used": list(range(views))},
-        "classification": None,
-        "reconstruction": found,
-    }
+        ]
+        found[Method(method)] = MethodResult.of(estimates, (), None)
     seconds = {"methods": {method: {"total": 1.5} for method in methods}, "total": 6.0}
-    return Row(name, "done", None, None, results, seconds)
+    return Row(name, "done", None, make_folder(name, seconds, category="robot", views=views, reconstruction=found))
 
 
 ROWS = [

@@ -7,6 +7,7 @@ from rerun.chunk import RrdReader
 
 from orbitscan.processing.batch.recording import Job, process_recording
 from orbitscan.processing.results.comparison.compare import compare_folders
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.review.comparison import recording
 from orbitscan.processing.review.comparison.recording import write_comparison
 from orbitscan.recorder import mcap_file
@@ -27,7 +28,7 @@ def done(tmp_path_factory):
 
 
 def fail(folder, view):
-    change(folder, lambda r: r["reconstruction"]["pairwise"]["views"][view].update(status="low_overlap"))
+    change(folder, lambda r: r["reconstruction"]["pairwise"]["views"][view].update(status=Status.LOW_OVERLAP))
 
 
 def forget(folder):

@@ -1,16 +1,16 @@
 """Figures show the numbers of results.json, mark what failed, and are the same bytes each time."""
 
-import json
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from orbitscan.processing.results.files import to_json, write_results
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.folder import Results, write_results
+from orbitscan.processing.results.records import MethodResult, ViewErrors
+from orbitscan.processing.results.status import METHODS, Method
 from orbitscan.processing.review.entities import METHOD_COLORS
-from orbitscan.processing.review.figures import batch, session
+from orbitscan.processing.review.figures import session
 from orbitscan.recorder.exceptions import UnwritableOutput
 from tests.processing.review.made_results import EMPTY, FAILED, make_results
 
@@ -18,8 +18,7 @@ KEY = {"input_sha256": ""}
 
 
 def results_of(**options):
-    content = to_json(make_results(**options)[1], KEY, Path("bumpy_sphere.mcap"), None)
-    return json.loads(json.dumps(content))
+    return Results.of(make_results(**options)[1], KEY, "bumpy_sphere.mcap", None)
 
 
 def curves(axes):
@@ -39,7 +38,7 @@ def test_a_curve_has_the_errors_of_its_method_in_millimetres():
     for axes, name, factor in ((translation, "translation_error_m", 1e3), (chordal, "rotation_error_chordal", 1)):
         assert list(curves(axes)) == list(METHODS)
         for method, line in curves(axes).items():
-            known = [view[name] for view in results["reconstruction"][method]["views"]]
+            known = [getattr(view.errors, name) for view in results.reconstruction[method].views]
             expected = [np.nan if not value else factor * value for value in known]  # view 0 has no logarithm
             np.testing.assert_allclose(line.get_ydata(), expected)
             assert list(line.get_xdata()) == [0, 1, 2, 3, 4]
@@ -51,7 +50,7 @@ def test_a_curve_has_the_errors_of_its_method_in_millimetres():
 
 def test_methods_that_differ_little_share_a_linear_axis():
     results = results_of()
-    results["reconstruction"] = {"pairwise": results["reconstruction"]["pairwise"]}
+    results = replace(results, reconstruction={Method.PAIRWISE: results.reconstruction[Method.PAIRWISE]})
     (axes, *_) = session.draw_session(results)["errors"].axes
     assert axes.get_yscale() == "linear"
     assert axes.get_ylim()[0] == 0
@@ -69,7 +68,7 @@ def test_views_that_failed_are_marked_and_told_in_the_legend():
     results = results_of()
     figure = session.draw_session(results)["errors"]
     axes = figure.axes[0]
-    of_failed = {m: 1e3 * results["reconstruction"][m]["views"][FAILED]["translation_error_m"] for m in METHODS}
+    of_failed = {m: 1e3 * results.reconstruction[m].views[FAILED].errors.translation_error_m for m in METHODS}
     assert marks(axes, "+") == [(FAILED, pytest.approx(of_failed["refined"]))]
     crosses = [place for place in marks(axes, "x") if place[1] > 0]
     assert crosses == [(FAILED, pytest.approx(of_failed[m])) for m in METHODS[:3]]
@@ -95,22 +94,23 @@ def test_without_truth_the_evidence_of_the_pairs_is_drawn():
 
 def test_nothing_is_drawn_of_nothing():
     results = results_of(with_truth=False)
-    for found in results["reconstruction"].values():
-        found["pairs"] = []
-    assert session.draw_session(results) == {}
+    alone = {method: MethodResult(found.views[:1], ()) for method, found in results.reconstruction.items()}
+    assert session.draw_session(replace(results, reconstruction=alone)) == {}
 
 
 def test_only_some_views_have_a_truth():
     results = results_of()
-    for found in results["reconstruction"].values():
-        found["views"][2]["translation_error_m"] = None
+    for method, found in results.reconstruction.items():
+        unknown = replace(found.views[2], errors=ViewErrors())
+        views = (*found.views[:2], unknown, *found.views[3:])
+        results.reconstruction[method] = replace(found, views=views)
     line = curves(session.draw_session(results)["errors"].axes[0])["icp"]
     assert np.isnan(line.get_ydata()[2])
 
 
 @pytest.fixture
 def folder(tmp_path):
-    write_results(tmp_path, make_results()[1], KEY, Path("bumpy_sphere.mcap"), None, {})
+    write_results(tmp_path, make_results()[1], results_of(), {})
     return tmp_path
 
 
@@ -139,34 +139,3 @@ def test_nothing_is_cut_off():
     box = legend.get_window_extent()
     assert box.x0 >= 0
     assert box.x1 <= figure.bbox.x1
-
-
-def summaries():
-    found = {name: results_of(points=50 + n)["reconstruction"] for n, name in enumerate(("cup", "bowl", "cap"))}
-    made = {name: {m: dict(content["summary"]) for m, content in of.items()} for name, of in found.items()}
-    made["cap"]["refined"]["max_translation_error_m"] = 5.0
-    made["bowl"]["refined"]["failed_views"] = 0
-    return made
-
-
-def test_a_batch_has_a_point_for_each_session_and_the_median():
-    figure = batch.draw_batch(summaries())
-    axes = figure.axes[0]
-    points = {line.get_marker(): list(line.get_ydata()) for line in axes.lines}
-    assert points["o"] == pytest.approx([1e3 * 4 * 1e-5 * 0.75, 1e3 * 4 * 1e-5 * 0.75, 5e3])
-    assert axes.get_yscale() == "log"
-    labels = [label.get_text() for label in axes.get_xticklabels()]
-    assert labels == ["icp\n3 of 3", "ransac_icp\n3 of 3", "pairwise\n3 of 3", "refined\n2 of 3"]
-    medians = [float(c.get_segments()[0][0, 1]) for c in axes.collections]
-    assert medians[3] == pytest.approx(1e3 * 3e-5)
-
-
-def test_a_batch_without_truth_has_no_figure(tmp_path):
-    unknown = results_of(with_truth=False)["reconstruction"]
-    made = {"cup": {method: content["summary"] for method, content in unknown.items()}}
-    assert batch.write_batch_figure(tmp_path, made) == []
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_batch_figure_is_written(tmp_path):
-    assert [p.name for p in batch.write_batch_figure(tmp_path, summaries())] == ["errors.png", "errors.svg"]

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.results.edges import count_edges, left_out, strongest
+from orbitscan.processing.results.edges import count_edges, left_out
 from orbitscan.processing.results.records import Candidate, ViewEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.review.session.findings import describe_starts, explain, list_joint_findings
 from orbitscan.recorder import poses
 from tests.processing.review.made_results import make_pair
@@ -15,7 +16,7 @@ from tests.processing.review.recordings import read_all, read_rows
 
 def test_a_view_is_spoken_for_by_its_best_edge_that_nothing_contradicts(reviewed):
     found = reviewed[1][1].reconstruction["refined"]
-    assert {view: pair.target for view, pair in strongest(found.pairs).items()} == {1: 0, 2: 1, 3: 2}
+    assert {view: pair.target for view, pair in found.speaking.items()} == {1: 0, 2: 1, 3: 2}
     assert count_edges(found.pairs) == {0: 1, 1: 2, 2: 2, 3: 1}
     curve = read_rows(reviewed[0], "/evidence/edges/**", "Scalars:scalars")["/evidence/edges/refined"]
     assert curve == {0: [1.0], 1: [2.0], 2: [2.0], 3: [1.0]}
@@ -36,13 +37,15 @@ def test_an_edge_that_the_graph_leaves_out_is_a_line_of_the_log(reviewed):
 
 def test_alternatives_are_named_by_their_turn():
     half_turn = poses.from_quaternion(np.zeros(3), [0, 1, 0, 0], "")
-    pair = replace(make_pair(1, 0, "ambiguous", True, 2000), alternatives=(half_turn,))
-    assert "As good when turned by 180°" in explain(ViewEstimate(1, "ambiguous", np.eye(4)), pair)
+    pair = replace(make_pair(1, 0, Status.AMBIGUOUS, True, 2000), alternatives=(half_turn,))
+    assert "As good when turned by 180°" in explain(ViewEstimate(1, Status.AMBIGUOUS, np.eye(4)), pair)
 
 
 def test_starts_of_one_fate_are_told_together():
-    fates = (("previous", "ok", 0.8), ("a", "low_overlap", 0.3), ("identity", "ok", 0.2), ("b", "low_overlap", -0.1))
-    pair = replace(make_pair(1, 0, "ok", True, 2000), candidates=tuple(Candidate(*f) for f in fates), start="previous")
+    low = Status.LOW_OVERLAP
+    fates = (("previous", Status.OK, 0.8), ("a", low, 0.3), ("identity", Status.OK, 0.2), ("b", low, -0.1))
+    candidates = tuple(Candidate(*fate) for fate in fates)
+    pair = replace(make_pair(1, 0, Status.OK, True, 2000), candidates=candidates, start="previous")
     assert describe_starts(pair) == (
         "previous (score 0.8) was chosen; "
         "a (score 0.3), b (score -0.1) lost: too little of the surface lies on the earlier view; "

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.results.records import METHODS
+from orbitscan.processing.results.status import METHODS
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.session.recording import SessionReview
 from orbitscan.processing.review.session.scene import Scene

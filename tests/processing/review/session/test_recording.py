@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.results.records import METHODS, MethodResult
+from orbitscan.processing.results.records import MethodResult
+from orbitscan.processing.results.status import METHODS, Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.session.recording import SessionReview
 from orbitscan.recorder import poses
@@ -26,7 +27,7 @@ from tests.processing.review.made_results import (
 )
 from tests.processing.review.recordings import packed, read_rows, run_rerun
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 def test_poses_and_clouds_are_those_of_the_results(reviewed):
@@ -77,7 +78,7 @@ def test_refined_stands_at_the_end_what_it_leaves_free_in_yellow(reviewed):
 def test_views_that_refined_does_not_place_are_taken_away(tmp_path):
     views, session = make_results()
     found = session.reconstruction["refined"]
-    lost = tuple(replace(v, status="not_connected", T_0_i=None) if v.view == FAILED else v for v in found.views)
+    lost = tuple(replace(v, status=Status.NOT_CONNECTED, T_0_i=None) if v.view == FAILED else v for v in found.views)
     session = replace(session, reconstruction={**session.reconstruction, "refined": replace(found, views=lost)})
     with SessionReview(tmp_path / "review.rrd", make_info(5), METHODS) as review:
         for result in views:
@@ -145,7 +146,7 @@ def test_session_without_any_placed_view_is_written(tmp_path):
     empty = {"views_used": (EMPTY,), "view_names": ("scan04",), "stamps_ns": (5,), "reconstruction": only}
     with SessionReview(tmp_path / "review.rrd", make_info(5), METHODS) as review:
         review.add_view(lost)
-        review.add_session(replace(session, **empty, model=None, turntable=None))
+        review.add_session(replace(session, **empty, model=None, turntable=None, coverage=None))
     assert run_rerun("rrd", "verify", tmp_path / "review.rrd").returncode == 0
     assert len(RrdReader(tmp_path / "review.rrd").blueprints()) == 1
 

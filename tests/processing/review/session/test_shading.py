@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, ViewErrors, ViewEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.session.shading import shade_views
 from tests.processing.review.recordings import contrast
@@ -14,7 +15,9 @@ from tests.processing.review.recordings import contrast
 
 def views_off_by(*errors_m):
     """Views with these errors of the object's centre; None where it is unknown."""
-    return tuple(ViewEstimate(i, "ok", np.eye(4), ViewErrors(center_error_m=error)) for i, error in enumerate(errors_m))
+    return tuple(
+        ViewEstimate(i, Status.OK, np.eye(4), ViewErrors(center_error_m=error)) for i, error in enumerate(errors_m)
+    )
 
 
 def warmth(color):
@@ -40,14 +43,16 @@ def test_the_larger_the_error_the_warmer():
 
 
 def test_without_truth_colours_tell_confidence_and_say_so():
-    pairs = tuple(PairEstimate(i, 0, np.eye(4), "ok", c, Evidence()) for i, c in ((1, 1.0), (2, 0.5), (3, 0.0)))
-    shading = shade_views(MethodResult(views_off_by(*[None] * 4), pairs))
+    pairs = tuple(PairEstimate(i, 0, np.eye(4), Status.OK, c, Evidence()) for i, c in ((1, 1.0), (2, 0.5), (3, 0.0)))
+    shading = shade_views(MethodResult.of(views_off_by(*[None] * 4), pairs, None))
     assert (shading.quantity, shading.meaning) == ("confidence", "confidence (no ground truth)")
     of_scale = {words: color for color, words in shading.scale}
     assert list(of_scale) == ["1", "0.75", "0.5", "0.25", "0", "unknown"]
     assert [shading.colors[view] for view in range(4)] == [of_scale[words] for words in ("unknown", "1", "0.5", "0")]
     doubted = (*pairs[1:], replace(pairs[0], confidence=0.2))
-    assert warmth(shade_views(MethodResult(views_off_by(*[None] * 4), doubted)).colors[1]) > warmth(of_scale["0.5"])
+    assert warmth(shade_views(MethodResult.of(views_off_by(*[None] * 4), doubted, None)).colors[1]) > warmth(
+        of_scale["0.5"]
+    )
 
 
 @pytest.mark.parametrize("views", [(), views_off_by(None)])

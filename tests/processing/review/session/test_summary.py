@@ -17,7 +17,7 @@ def test_summary_says_what_cannot_be_told_and_what_turned(reviewed):
     assert "leans 30.00° off the first view's upright" in words
     assert "slips by 0.2° (view 0), wobbles by 0.02° (view 2) and shifts by 0.2 mm (view 2)" in words
     assert "a turn about the axis (0.00, -0.87, -0.50) through (0, 0, 600) mm (view 3)" in words
-    assert "`--step-deg N` uses your knowledge" in words
+    assert "`orbitscan process --step-deg N` uses your knowledge" in words
     assert "1 of 4 pairs are left out of the graph" in words
     assert "Off by 30°, by 0.25° with that granted" in words
     table = read_rows(reviewed[0], "/table", "TextDocument:text")["/table"][-1][0]
@@ -40,7 +40,7 @@ def test_the_azimuths_that_no_view_covers_are_in_words(reviewed):
 def test_gaps_are_named_widest_first_and_a_circle_is_covered():
     def write(*azimuths):
         found = dict(enumerate(azimuths))
-        coverage = Coverage(np.array([0, 0, 1.0]), np.zeros(3), np.array([1.0, 0, 0]), found, find_gaps(found))
+        coverage = Coverage(np.array([0, 0, 1.0]), np.zeros(3), np.array([1.0, 0, 0]), found, find_gaps(found, 45.0))
         return summary.describe_coverage(coverage, on_turntable=False)
 
     some = write(0, 40, 80, 120, 160, 200, 250, 310)

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.results.records import METHODS, Candidate, PairErrors, ViewErrors, ViewEstimate
+from orbitscan.processing.results.records import Candidate, PairErrors, ViewErrors, ViewEstimate
+from orbitscan.processing.results.status import METHODS, Status
 from orbitscan.processing.review.session.view_story import Seen, tell
 from tests.processing.review.made_results import EMPTY, FAILED, make_pair, make_results
 from tests.processing.review.recordings import read_rows
@@ -21,14 +22,16 @@ def row_of(story: str, first: str) -> list[str]:
 
 
 def failed_pair(**fields):
-    starts = (Candidate("consensus 1", "low_overlap", 0.41), Candidate("previous", "inconsistent", -0.2))
-    return replace(make_pair(17, 16, "low_overlap", True, 2000), candidates=starts, start="consensus 1", **fields)
+    starts = (Candidate("consensus 1", Status.LOW_OVERLAP, 0.41), Candidate("previous", Status.INCONSISTENT, -0.2))
+    return replace(make_pair(17, 16, Status.LOW_OVERLAP, True, 2000), candidates=starts, start="consensus 1", **fields)
 
 
 def test_the_funnel_goes_from_points_to_overlap():
     pair = failed_pair(confidence=0.12)
     pair = replace(pair, evidence=replace(pair.evidence, overlap=0.08))
-    story = tell(SEEN, {"pairwise": ViewEstimate(17, "low_overlap", np.eye(4))}, {"pairwise": [pair]}, finished=True)
+    story = tell(
+        SEEN, {"pairwise": ViewEstimate(17, Status.LOW_OVERLAP, np.eye(4))}, {"pairwise": [pair]}, finished=True
+    )
     assert story.startswith("## View 17 (frame_170)")
     assert "21,345 points." in story
     assert "**pairwise: low_overlap (too little of the surface lies on the earlier view).** Against view 16" in story
@@ -43,7 +46,7 @@ def test_the_funnel_goes_from_points_to_overlap():
 
 def test_each_start_says_why_it_lost():
     story = tell(
-        SEEN, {"pairwise": ViewEstimate(17, "low_overlap", None)}, {"pairwise": [failed_pair()]}, finished=True
+        SEEN, {"pairwise": ViewEstimate(17, Status.LOW_OVERLAP, None)}, {"pairwise": [failed_pair()]}, finished=True
     )
     assert "; not placed" in story
     assert (
@@ -53,9 +56,9 @@ def test_each_start_says_why_it_lost():
 
 
 def test_a_start_that_also_holds_agrees_less():
-    starts = (Candidate("identity", "ok", 0.8), Candidate("previous", "ok", 0.79))
-    pair = replace(make_pair(17, 16, "ok", True, 2000), candidates=starts, start="identity")
-    story = tell(SEEN, {"pairwise": ViewEstimate(17, "ok", np.eye(4))}, {"pairwise": [pair]}, finished=True)
+    starts = (Candidate("identity", Status.OK, 0.8), Candidate("previous", Status.OK, 0.79))
+    pair = replace(make_pair(17, 16, Status.OK, True, 2000), candidates=starts, start="identity")
+    story = tell(SEEN, {"pairwise": ViewEstimate(17, Status.OK, np.eye(4))}, {"pairwise": [pair]}, finished=True)
     assert row_of(story, "identity")[2] == "was chosen"
     assert row_of(story, "previous")[2] == "would hold too, but the surfaces agree less"
 
@@ -63,7 +66,10 @@ def test_a_start_that_also_holds_agrees_less():
 def test_errors_have_their_units():
     errors = ViewErrors(0.012, 0.5, 20.4, 0.003)
     pair = failed_pair(errors=PairErrors(30.0, 0.01, 0.25, 0.001))
-    estimates = {"icp": ViewEstimate(17, "ok", np.eye(4), errors), "pairwise": ViewEstimate(17, "ok", np.eye(4))}
+    estimates = {
+        "icp": ViewEstimate(17, Status.OK, np.eye(4), errors),
+        "pairwise": ViewEstimate(17, Status.OK, np.eye(4)),
+    }
     story = tell(SEEN, estimates, {"icp": [pair]}, finished=True)
     errors_at = story[story.index("### Errors") :]
     assert row_of(errors_at, "by")[1:5] == ["translation [mm]", "chordal [0 to 2.83]", "angle [deg]", "centre [mm]"]

@@ -19,7 +19,7 @@ from orbitscan.processing.review.training.recording import TrainingReview, descr
 from orbitscan.recorder.exceptions import UnwritableOutput
 from tests import viewer
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 CATEGORIES = ("bowl", "cap", "coffee_mug")
 RECORDS = [
     EpochRecord(1.1, 0.5, 1.2, 0.4, 1, ((4, 4, 2), (5, 5, 0), (0, 0, 10)), 400.0),

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import typer
 
@@ -10,7 +9,6 @@ from orbitscan.processing.batch.recording import Outcome
 from orbitscan.processing.results.batch_table import Row, read_row, worst_first, write_table
 from orbitscan.processing.results.confusion import count_confusion, write_csv
 from orbitscan.processing.results.confusion import tabulate as tabulate_confusion
-from orbitscan.processing.results.records import METHODS
 from orbitscan.recorder.console import print_table
 
 SHOWN_RECORDINGS = 12  # of a batch; the rest is in summary.csv
@@ -40,11 +38,7 @@ def report_batch(outcomes: Sequence[Outcome], results: Path, figures: bool = Fal
     if len(outcomes) > 1 and figures:
         from orbitscan.processing.review.figures.batch import write_batch_figure
 
-        write_batch_figure(results, {row.session: _summaries(row) for row in rows if row.results})
-
-
-def _summaries(row: Row) -> dict[str, dict[str, Any]]:
-    return {method: found["summary"] for method, found in row.results["reconstruction"].items()}
+        write_batch_figure(results, rows)
 
 
 def _row(outcome: Outcome) -> Row:
@@ -57,7 +51,7 @@ def _write_summary(rows: Sequence[Row], results: Path) -> None:
     from orbitscan.processing.review.batch.confusion import count_right
     from orbitscan.processing.review.batch.recording import conclude, write_batch
 
-    confusion = count_confusion([row.folder for row in rows if row.folder])
+    confusion = count_confusion([row.results for row in rows if row.results])
     write_table(results, rows)
     write_batch(results / "summary.rrd", results.resolve().name, rows, confusion)
     if confusion is None:
@@ -76,14 +70,12 @@ def _print_errors(rows: Sequence[Row]) -> None:
     columns |= {name: {"justify": "right", "no_wrap": True} for name in _COLUMNS}
     lines = []
     for row in rows[:SHOWN_RECORDINGS]:
-        found = row.results["reconstruction"]
-        methods = [method for method in METHODS if method in found]
-        for name, method in zip([row.session] + [""] * len(methods), methods, strict=False):
-            summary = found[method]["summary"]
-            lines.append([name, method, *(_cell(summary[key], factor) for key, factor in _COLUMNS.values())])
+        for number, method in enumerate(row.results.reconstruction if row.results else ()):
+            cells = (_cell(row.of(method, key), factor) for key, factor in _COLUMNS.values())
+            lines.append([row.session if number == 0 else "", method, *cells])
     print_table("Errors against the ground truth", columns, lines)
     if len(rows) > SHOWN_RECORDINGS:
-        typer.echo(f"and {len(rows) - SHOWN_RECORDINGS} less bad ones: summary.csv has them all")
+        typer.echo(f"and {len(rows) - SHOWN_RECORDINGS} with smaller errors: summary.csv has them all")
 
 
 def _cell(value: float | None, factor: float) -> str:

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.registration import competition
-from orbitscan.processing.registration import pair as pairs
-from orbitscan.processing.registration.competition import PairSettings, register_from
-from orbitscan.processing.registration.pair import Matches, register_competing, register_consensus, register_icp
+from orbitscan.processing.registration.competition import register_from
+from orbitscan.processing.registration.methods import Matches, choose_correspondences, register_competing, register_icp
+from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.recorder import poses
 from tests.geometry import blob, bottle, plane, random_pose, scan
-from tests.processing.scene import SETTINGS, Scene, degrees
+from tests.processing.scene import SETTINGS, Scene, degrees, edge
 
 NONE = Matches(np.empty((0, 2), np.int64), None)
 HOW = SETTINGS.pair
@@ -39,7 +38,7 @@ def started(pair):
 
 def test_competing_starts_end_at_the_truth(scene, found):
     target, source, _ = scene.views
-    pair = register_competing(source, target, found, None, HOW)
+    pair = register_competing(scene.pair(source, target), found, None)
     assert pair.status == "ok"
     assert error_deg(scene, pair) < 0.3
     assert 0.5 < pair.confidence <= 1
@@ -51,7 +50,7 @@ def test_competing_starts_end_at_the_truth(scene, found):
 
 def test_evidence_says_what_was_seen(scene, found):
     target, source, _ = scene.views
-    evidence = register_competing(source, target, found, None, HOW).evidence
+    evidence = register_competing(scene.pair(source, target), found, None).evidence
     assert evidence.points == len(source.surface.working)
     assert evidence.keypoints == len(source.keypoints)
     assert 0 < evidence.valid_frames <= evidence.keypoints
@@ -64,21 +63,35 @@ def test_evidence_says_what_was_seen(scene, found):
     assert 0.005 < evidence.observability < 0.2
 
 
+def test_the_correspondences_shown_are_those_behind_the_last_methods_pair(scene, found):
+    target, source, other = scene.views
+    pairs = {"icp": edge(1, 0, np.eye(4)), "ransac_icp": edge(1, 0, np.eye(4)), "pairwise": edge(1, 2, np.eye(4))}
+    beside = scene.correspond(source, other)
+    for matched, expected in (({target: found, other: beside}, 2), ({other: beside, target: found}, 2)):
+        assert choose_correspondences(source, pairs, matched).target == expected
+    shown = choose_correspondences(source, {"ransac_icp": pairs["ransac_icp"]}, {target: found})
+    assert (shown.source, shown.target) == (1, 0)
+    assert (shown.source_points == source.keypoints[found.indices[:, 0]]).all()
+    assert (shown.target_points == target.keypoints[found.indices[:, 1]]).all()
+    assert shown.inlier.sum() == found.consensus.inlier.sum()
+    assert choose_correspondences(source, {"icp": pairs["icp"]}, {}) is None
+
+
 def test_competition_beats_the_thesis(scene, found):
     target, source, _ = scene.views
-    ours = register_competing(source, target, found, None, HOW)
-    thesis = register_consensus(source, target, found, HOW)
-    baseline = register_icp(source, target, HOW)
+    ours = register_competing(scene.pair(source, target), found, None)
+    thesis = register_icp(scene.pair(source, target), found)
+    baseline = register_icp(scene.pair(source, target))
     assert error_deg(scene, ours) < min(error_deg(scene, thesis), error_deg(scene, baseline))
 
 
 def test_the_thesis_starts_at_the_consensus_and_the_baseline_at_the_identity(scene, found):
     target, source, _ = scene.views
     right = replace(found.consensus, T_target_source=scene.T(0, 1))
-    thesis = register_consensus(source, target, Matches(found.indices, right), HOW)
+    thesis = register_icp(scene.pair(source, target), Matches(found.indices, right))
     assert error_deg(scene, thesis) < 3
     assert thesis.evidence.inliers == right.inlier.sum()
-    assert register_icp(source, target, HOW).evidence.matches is None
+    assert register_icp(scene.pair(source, target)).evidence.matches is None
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -87,7 +100,7 @@ def test_an_unknown_start_is_found_by_the_features(scene, seed):
     T = random_pose(np.random.default_rng(seed), shift=0)
     turned = scene.prepare(replace(view, points=poses.transform(T, view.points).astype(np.float32)))
     matches = scene.correspond(turned, scene.views[0])
-    pair = register_competing(turned, scene.views[0], matches, None, HOW)
+    pair = register_competing(scene.pair(turned, scene.views[0]), matches, None)
     assert pair.status == "ok"
     assert pair.candidates[0].start != "identity"
     assert error_deg(scene, replace(pair, T_target_source=pair.T_target_source @ T)) < 0.3
@@ -97,8 +110,8 @@ def test_the_previous_step_is_a_start(scene):
     """Without features, and sixty degrees from the identity, the step before is what helps."""
     target, _, source = scene.views
     alone = replace(HOW, starts=("identity", "previous"))
-    blind = register_competing(source, target, NONE, None, alone)
-    told = register_competing(source, target, NONE, scene.T(0, 2), alone)
+    blind = register_competing(scene.pair(source, target, alone), NONE, None)
+    told = register_competing(scene.pair(source, target, alone), NONE, scene.T(0, 2))
     assert started(blind) == {"identity"}
     assert blind.status != "ok"
     assert started(told) <= {"identity", "previous"}
@@ -110,53 +123,50 @@ def test_the_previous_step_is_a_start(scene):
 def test_only_the_starts_that_are_asked_for_compete(scene, found):
     target, source, _ = scene.views
     only = replace(HOW, starts=("identity",))
-    pair = register_competing(source, target, found, scene.T(0, 1), only)
+    pair = register_competing(scene.pair(source, target, only), found, scene.T(0, 1))
     assert started(pair) == {"identity"}
     only = replace(HOW, starts=("consensus",))
-    pair = register_competing(source, target, found, scene.T(0, 1), only)
+    pair = register_competing(scene.pair(source, target, only), found, scene.T(0, 1))
     assert {start.split()[0] for start in started(pair)} <= {"consensus", "ransac"}
 
 
 def test_without_any_start_there_is_no_estimate(scene, found):
     """Nobody knows a step before the second view; nor do views without keypoints propose anything."""
     target, source, _ = scene.views
-    pair = register_competing(source, target, found, None, replace(HOW, starts=("previous",)))
+    pair = register_competing(scene.pair(source, target, replace(HOW, starts=("previous",))), found, None)
     assert (pair.T_target_source, pair.status, pair.confidence) == (None, "no_consensus", 0.0)
     bare = replace(source, keypoints=source.keypoints[:0], descriptors=source.descriptors[:0])
-    pair = register_competing(bare, target, NONE, None, replace(HOW, starts=("consensus",)))
+    pair = register_competing(scene.pair(bare, target, replace(HOW, starts=("consensus",))), NONE, None)
     assert (pair.T_target_source, pair.status) == (None, "too_few_keypoints")
 
 
 def test_views_that_hardly_share_surfels_are_not_called_right(scene, found, monkeypatch):
-    """Fewer than six partners determine no motion, whatever the overlap of the smaller view says."""
-    for module in (competition, pairs):
-        monkeypatch.setattr(module, "weak_motions", lambda *_: [])
+    """Fewer than six surfels that correspond determine no motion, whatever the overlap of the smaller view says."""
+    monkeypatch.setattr(PairRegistration, "find_motions", lambda *_, **__: [])
     target, source, _ = scene.views
-    ours = register_from({"truth": scene.T(0, 1)}, source, target, HOW)
-    thesis = register_consensus(
-        source, target, Matches(found.indices, replace(found.consensus, T_target_source=scene.T(0, 1))), HOW
-    )
+    ours = register_from(scene.pair(source, target), {"truth": scene.T(0, 1)})
+    right = Matches(found.indices, replace(found.consensus, T_target_source=scene.T(0, 1)))
+    thesis = register_icp(scene.pair(source, target), right)
     assert (ours.status, thesis.status) == ("low_overlap", "low_overlap")
     assert ours.evidence.observability is None
 
 
 def test_a_pose_that_was_not_refined_did_not_converge(scene):
     target, source, _ = scene.views
-    away = register_from({"away": poses.make(np.eye(3), [9.0, 0, 0])}, source, target, HOW)
+    away = register_from(scene.pair(source, target), {"away": poses.make(np.eye(3), [9.0, 0, 0])})
     assert away.status == "low_overlap"
     assert not away.evidence.converged
 
 
 def test_without_a_consensus_the_thesis_has_no_estimate_and_we_look_again(scene, found):
     target, source, _ = scene.views
-    thesis = register_consensus(source, target, Matches(found.indices[:12], None), HOW)
+    thesis = register_icp(scene.pair(source, target), Matches(found.indices[:12], None))
     assert (thesis.T_target_source, thesis.status, thesis.confidence) == (None, "no_consensus", 0.0)
-    assert register_consensus(source, target, Matches(found.indices[:1], None), HOW).status == "too_few_matches"
+    assert register_icp(scene.pair(source, target), Matches(found.indices[:1], None)).status == "too_few_matches"
     few = replace(source, keypoints=source.keypoints[:2], descriptors=source.descriptors[:2])
-    assert register_consensus(few, target, NONE, HOW).status == "too_few_keypoints"
-    ours = register_competing(
-        source, target, NONE, None, HOW
-    )  # looks for matches itself where the identity leads nowhere
+    assert register_icp(scene.pair(few, target), NONE).status == "too_few_keypoints"
+    # It looks for matches itself where the identity leads nowhere.
+    ours = register_competing(scene.pair(source, target), NONE, None)
     assert ours.status == "ok"
     assert error_deg(scene, ours) < 0.5
 
@@ -165,7 +175,7 @@ def test_views_that_do_not_meet_are_not_called_right(scene):
     view, rng = scene.session.load(1), np.random.default_rng(0)
     points = (blob(rng, 8000)[0] + [0, 0, 3]).astype(np.float32)
     elsewhere = scene.prepare(replace(view, points=points))
-    pair = register_from({"identity": np.eye(4)}, elsewhere, scene.views[0], PairSettings())
+    pair = register_from(scene.pair(elsewhere, scene.views[0]), {"identity": np.eye(4)})
     assert pair.status in ("low_overlap", "diverged")
     assert pair.confidence < 0.2
     assert pair.evidence.rmse_m is None
@@ -174,12 +184,12 @@ def test_views_that_do_not_meet_are_not_called_right(scene):
 def test_a_wrong_start_is_not_called_right(scene):
     """Left where it ended: another place on the object fits a little, and geometry refutes it."""
     target, source, _ = scene.views
-    middle = poses.transform(scene.T(0, 1), source.few.points).mean(axis=0)
+    middle = poses.transform(scene.T(0, 1), source.coarse_surfels.points).mean(axis=0)
     called_ok = []
     for seed in range(12):
         off = random_pose(np.random.default_rng(seed), shift=0)
         start = poses.make(np.eye(3), middle) @ off @ poses.make(np.eye(3), -middle) @ scene.T(0, 1)
-        pair = register_from({"wrong": start}, source, target, HOW)
+        pair = register_from(scene.pair(source, target), {"wrong": start})
         if pair.status == "ok":
             called_ok.append(error_deg(scene, pair))
     assert max(called_ok, default=0) < 5
@@ -204,7 +214,7 @@ def test_a_bottle_is_ambiguous_about_its_axis_and_a_plane_every_way():
 
 
 def test_the_estimate_says_how_well_it_is_known(scene, found):
-    pair = register_competing(scene.views[1], scene.views[0], found, None, HOW)
+    pair = register_competing(scene.pair(scene.views[1], scene.views[0]), found, None)
     assert np.linalg.eigvalsh(pair.information).min() > 0
     middle = poses.transform(pair.T_target_source, scene.views[1].surface.surfels.points).mean(axis=0)
     assert np.linalg.norm(pair.center - middle) < 0.001
@@ -217,7 +227,7 @@ def test_a_known_step_settles_a_bottles_turn(step_deg):
     told = replace(HOW, step_deg=step_deg)
     for source, target in ((1, 0), (2, 0), (0, 1)):
         views = scene.views[source], scene.views[target]
-        pair = register_competing(*views, scene.correspond(*views), None, told)
+        pair = register_competing(scene.pair(*views, told), scene.correspond(*views), None)
         assert (pair.status, pair.start) == ("ok", "step")
         assert pair.freedoms == ()
         assert error_deg(scene, pair) < 0.5
@@ -227,7 +237,8 @@ def test_a_known_step_settles_a_bottles_turn(step_deg):
 def test_a_known_step_changes_nothing_where_the_views_tell_it(scene, found):
     target, source, _ = scene.views
     alone, told = (
-        register_competing(source, target, found, None, replace(HOW, step_deg=step_deg)) for step_deg in (None, 77.0)
+        register_competing(scene.pair(source, target, replace(HOW, step_deg=step_deg)), found, None)
+        for step_deg in (None, 77.0)
     )
     assert (alone.T_target_source == told.T_target_source).all()
     assert told.status == "ok"
