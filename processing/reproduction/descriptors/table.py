@@ -15,7 +15,7 @@ from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.reproduction.runs import keep
 from orbitscan.processing.reproduction.training import data, initializations
 from orbitscan.processing.reproduction.training.initializations import NAMES
-from orbitscan.processing.reproduction.training.run import change_thesis, column
+from orbitscan.processing.reproduction.training.run import Runs, average, change_thesis, column
 
 THESIS: dict[Kind, tuple[float, int]] = {  # accuracy [%], seconds for TESTED views
     "shot": (91.77, 175),
@@ -28,7 +28,6 @@ THESIS_NETWORK_S = 0.1  # at most, on a GPU
 SAME = "Glorot, same test views"  # the network on what the descriptors name
 CONTROL = f"Glorot, {KNOWN} views each"  # and on what they know
 SECONDS = f"seconds_for_{TESTED}"
-Runs = dict[str, list[dict[str, Any]]]
 _STAR = {"linestyle": "", "marker": "*", "markersize": 10, "color": "black", "markeredgecolor": "white"}
 
 
@@ -94,12 +93,12 @@ def _row(
         "classifier": name,
         "known_views": timed[0]["known"],
         "tested_views": tested,
-        "accuracy_percent": _mean(runs, "accuracy", 100),
+        "accuracy_percent": average(runs, "accuracy", 100),
         "thesis_accuracy_percent": thesis_accuracy,
         SECONDS: float(np.mean(_scale(timed))),
         f"{SECONDS}_gpu": _scale_gpu(timed),
         "thesis_seconds": thesis_seconds,
-        "seconds_measured": _mean(timed, "seconds"),
+        "seconds_measured": average(timed, "seconds"),
         "views_measured": timed[0]["tested"],
     }
 
@@ -159,10 +158,6 @@ def _scale(runs: Sequence[dict[str, Any]], key: str = "seconds") -> list[float]:
 def _scale_gpu(runs: Sequence[dict[str, Any]]) -> float | None:
     """The mean seconds on the GPU for as many views as the thesis's; None where nothing ran on one."""
     return None if runs[0].get("gpu_seconds") is None else float(np.mean(_scale(runs, "gpu_seconds")))
-
-
-def _mean(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> float:
-    return float(np.mean(column(runs, key, factor)))
 
 
 def _draw(runs: Runs, rows: Sequence[Row]) -> charts.Figure:

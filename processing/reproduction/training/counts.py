@@ -2,32 +2,30 @@
 
 from typing import Literal
 
-import numpy as np
-
 from orbitscan.processing.classification.voxels import VoxelSettings
 from orbitscan.processing.reproduction.claims import compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.reproduction.training.initializations import draw_run_boxes
-from orbitscan.processing.reproduction.training.run import column, run_trainings
+from orbitscan.processing.reproduction.training.run import average, column, run_trainings
 
 VALUES: tuple[Literal["counts", "occupancy"], ...] = ("counts", "occupancy")
 
 
 def compare_values(plan: Plan) -> Report:
     """A study of accuracy, loss and overfitting of the best structure on grids of counts and of occupancy."""
-    changes = [{"voxels": VoxelSettings(values=values)} for values in VALUES]
-    runs = dict(zip(VALUES, run_trainings(plan, changes, "Training on counts and occupancy"), strict=True))
+    changes = {values: {"voxels": VoxelSettings(values=values)} for values in VALUES}
+    runs = run_trainings(plan, changes, "Training on counts and occupancy")
     rows: list[Row] = [
         {
             "voxels hold": values,
-            "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
-            "loss": np.mean(column(found, "loss")).item(),
-            "overfitting": np.mean(column(found, "overfitting")).item(),
+            "accuracy_percent": average(found, "accuracy", 100),
+            "loss": average(found, "loss"),
+            "overfitting": average(found, "overfitting"),
         }
         for values, found in runs.items()
     ]
-    counts, occupancy = (runs[values] for values in VALUES)
+    counts, occupancy = runs.values()
     claims = [
         compare(
             "Counts are more accurate than occupancy",

@@ -1,14 +1,20 @@
 """Table 5.4 and figures 5.1 and 5.2: four initialisations of the best structure, trained alike."""
 
-from typing import Any
-
 import numpy as np
 
 from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
-from orbitscan.processing.reproduction.training.run import column, curves, run_trainings, tabulate_curves, tabulate_runs
+from orbitscan.processing.reproduction.training.run import (
+    Runs,
+    average,
+    column,
+    curves,
+    run_trainings,
+    tabulate_curves,
+    tabulate_runs,
+)
 
 NAMES = {"glorot": "Glorot", "dcae": "DCAE", "kmeans-pca": "PCA", "kmeans-zca": "ZCA"}
 THESIS = {  # accuracy [%] (table 5.3); loss, overfitting (table 5.4), of 20 runs
@@ -17,13 +23,11 @@ THESIS = {  # accuracy [%] (table 5.3); loss, overfitting (table 5.4), of 20 run
     "kmeans-pca": (94.14, 0.1984, 0.0835),
     "kmeans-zca": (92.95, 0.2713, 0.0905),
 }
-Runs = dict[str, list[dict[str, Any]]]
 
 
 def run_all(plan: Plan) -> Runs:
     """The runs of each initialisation, in the order of the plan's seeds."""
-    changes = [{"init": init} for init in NAMES]
-    return dict(zip(NAMES, run_trainings(plan, changes, "Training from four initialisations"), strict=True))
+    return run_trainings(plan, {init: {"init": init} for init in NAMES}, "Training from four initialisations")
 
 
 def tabulate(plan: Plan) -> Report:
@@ -32,21 +36,21 @@ def tabulate(plan: Plan) -> Report:
     rows: list[Row] = [
         {
             "initialisation": NAMES[init],
-            "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
+            "accuracy_percent": average(found, "accuracy", 100),
             "thesis_accuracy_percent": THESIS[init][0],
-            "loss": np.mean(column(found, "loss")).item(),
+            "loss": average(found, "loss"),
             "thesis_loss": THESIS[init][1],
-            "overfitting": np.mean(column(found, "overfitting")).item(),
+            "overfitting": average(found, "overfitting"),
             "thesis_overfitting": THESIS[init][2],
-            "seconds": np.mean(column(found, "seconds")).item(),
+            "seconds": average(found, "seconds"),
         }
         for init, found in runs.items()
     ]
     figure, ((axes,),) = charts.new_figure(width=6)
     series = {
-        "loss": [np.mean(column(found, "loss")).item() for found in runs.values()],
+        "loss": [average(found, "loss") for found in runs.values()],
         "loss, thesis": [loss for _, loss, _ in THESIS.values()],
-        "overfitting": [np.mean(column(found, "overfitting")).item() for found in runs.values()],
+        "overfitting": [average(found, "overfitting") for found in runs.values()],
         "overfitting, thesis": [overfitting for *_, overfitting in THESIS.values()],
     }
     charts.draw_bars(axes, list(NAMES.values()), series, "mean of the runs [nats]")
@@ -148,5 +152,5 @@ def _describe_spread(runs: Runs) -> str:
     return (
         f"From run to run the accuracy differs by up to {spread[widest]:.1f} points ({widest}); "
         f"the means of the initialisations differ by "
-        f"{np.ptp([np.mean(column(found, 'accuracy', 100)) for found in runs.values()]):.1f} points."
+        f"{np.ptp([average(found, 'accuracy', 100) for found in runs.values()]):.1f} points."
     )

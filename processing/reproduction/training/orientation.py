@@ -1,7 +1,5 @@
 """Figures 5.3 to 5.5: the network with and without a second output for the side that is seen (3.2.4)."""
 
-from typing import Any
-
 import numpy as np
 
 from orbitscan.processing.reproduction import charts
@@ -10,22 +8,21 @@ from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.reproduction.training import data
 from orbitscan.processing.reproduction.training.initializations import describe_starts, draw_run_boxes, draw_run_curves
-from orbitscan.processing.reproduction.training.run import column, run_trainings, tabulate_curves, tabulate_runs
+from orbitscan.processing.reproduction.training.run import Runs, column, run_trainings, tabulate_curves, tabulate_runs
 from orbitscan.recorder.exceptions import InvalidOption, Wording
 
 EPOCHS = 3  # thesis 5.1
 WITHOUT, WITH = "without orientation", "with orientation"
 
 
-def run_all(plan: Plan) -> dict[str, list[dict[str, Any]]]:
+def run_all(plan: Plan) -> Runs:
     """The runs without and with the orientation head. Raises InvalidOption where no view's place on a turn is known."""
     if np.isnan(data.load(data.provide(plan)).turns).all():
         problem = "does not say where a turn ends, so the side that is seen is not known"
         whose = plan.dataset or "the virtual corpus"
         raise InvalidOption(whose, problem, Wording("leave {dataset} out for figures 5.3 to 5.5"))
-    changes = [{"epochs": EPOCHS, "orientation": head} for head in (False, True)]
-    found = run_trainings(plan, changes, "Training without and with the orientation")
-    return dict(zip((WITHOUT, WITH), found, strict=True))
+    changes = {name: {"epochs": EPOCHS, "orientation": name == WITH} for name in (WITHOUT, WITH)}
+    return run_trainings(plan, changes, "Training without and with the orientation")
 
 
 def draw_boxes(plan: Plan) -> Report:
@@ -73,7 +70,7 @@ def draw_confusions(plan: Plan) -> Report:
     return Report("figure-5.5", "The orientation head: confusion", rows, said, figures={"figure-5.5": figure})
 
 
-def _claim(runs: dict[str, list[dict[str, Any]]]) -> list[Claim]:
+def _claim(runs: Runs) -> list[Claim]:
     """The claims that the second output (3.27) makes the first one more accurate, surer and less overfitted."""
     with_head, without = runs[WITH], runs[WITHOUT]
     claims = (

@@ -17,6 +17,7 @@ from orbitscan.processing.reproduction.runs import keep
 from orbitscan.processing.reproduction.training import data
 from orbitscan.processing.reproduction.training.data import Data
 
+Runs = dict[str, list[dict[str, Any]]]  # the results of several runs, by name
 BEST = f"{BODY}-FC(10)"  # of table 5.1
 CURVE = 50  # points of an epoch's curve: figure 5.2 has 100 of two epochs, figure 5.4 150 of three
 
@@ -76,20 +77,20 @@ def change_thesis(change: Mapping[str, Any]) -> TrainingSettings:
     return replace(THESIS, **({"structure": BEST} | dict(change)))
 
 
-def run_trainings(plan: Plan, changes: Sequence[dict[str, Any]], what: str) -> list[list[dict[str, Any]]]:
+def run_trainings(plan: Plan, changes: Mapping[str, dict[str, Any]], what: str) -> Runs:
     """The results of all runs for each change of the thesis's settings, in the order of the plan's seeds.
 
     The best structure's runs have their curve, so that all studies share them.
     """
     found = data.provide(plan)
-    settings = [change_thesis({"precision": plan.precision} | change) for change in changes]
+    settings = [change_thesis({"precision": plan.precision} | change) for change in changes.values()]
     tasks = [
         Training(found, how, seed, plan.device, CURVE if how.structure == BEST else 0)
         for seed in plan.seeds
         for how in settings
     ]
     results = keep(plan, train_once, tasks, what)
-    return [results[i :: len(settings)] for i in range(len(settings))]
+    return {name: results[i :: len(settings)] for i, name in enumerate(changes)}
 
 
 def column(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> list[float]:
@@ -97,12 +98,17 @@ def column(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> lis
     return [factor * run[key] for run in runs]
 
 
-def curves(named: Mapping[str, Sequence[dict[str, Any]]], key: str, factor: float = 1.0) -> dict[str, np.ndarray]:
+def average(runs: Sequence[dict[str, Any]], key: str, factor: float = 1.0) -> float:
+    """The mean over the runs of one of their numbers, times a factor."""
+    return float(np.mean(column(runs, key, factor)))
+
+
+def curves(named: Runs, key: str, factor: float = 1.0) -> dict[str, np.ndarray]:
     """One of the curves of every run, (runs, steps), by name, times a factor."""
     return {name: factor * np.array([run["curve"][key] for run in runs]) for name, runs in named.items()}
 
 
-def tabulate_runs(named: Mapping[str, Sequence[dict[str, Any]]], label: str) -> list[dict[str, Any]]:
+def tabulate_runs(named: Runs, label: str) -> list[dict[str, Any]]:
     """A row for each run: its scores on the test views."""
     return [
         {
@@ -119,7 +125,7 @@ def tabulate_runs(named: Mapping[str, Sequence[dict[str, Any]]], label: str) -> 
     ]
 
 
-def tabulate_curves(named: Mapping[str, Sequence[dict[str, Any]]], label: str) -> list[dict[str, Any]]:
+def tabulate_curves(named: Runs, label: str) -> list[dict[str, Any]]:
     """A row for each point of each curve, the mean of the runs."""
     return [
         {

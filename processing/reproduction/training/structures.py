@@ -1,14 +1,10 @@
 """Table 5.1: seven structures of the network, trained alike."""
 
-from typing import Any
-
-import numpy as np
-
 from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.claims import compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
-from orbitscan.processing.reproduction.training.run import BEST, column, run_trainings
+from orbitscan.processing.reproduction.training.run import BEST, Runs, average, column, run_trainings
 
 THESIS = {  # structure -> mean loss, mean accuracy [%], of 10 runs
     "C(16,3,2)-C(16,3)-P(2)-C(8,3)-P(2)-FC(10)": (0.2866, 89.36),
@@ -23,17 +19,17 @@ THESIS = {  # structure -> mean loss, mean accuracy [%], of 10 runs
 
 def compare_structures(plan: Plan) -> Report:
     """Table 5.1: mean loss, accuracy and overfitting of each structure on the test views."""
-    changes = [{"structure": structure} for structure in THESIS]
-    runs = dict(zip(THESIS, run_trainings(plan, changes, "Training seven structures"), strict=True))
+    changes = {structure: {"structure": structure} for structure in THESIS}
+    runs = run_trainings(plan, changes, "Training seven structures")
     rows: list[Row] = [
         {
             "structure": structure,
-            "loss": np.mean(column(found, "loss")).item(),
+            "loss": average(found, "loss"),
             "thesis_loss": THESIS[structure][0],
-            "accuracy_percent": np.mean(column(found, "accuracy", 100)).item(),
+            "accuracy_percent": average(found, "accuracy", 100),
             "thesis_accuracy_percent": THESIS[structure][1],
-            "overfitting": np.mean(column(found, "overfitting")).item(),
-            "seconds": np.mean(column(found, "seconds")).item(),
+            "overfitting": average(found, "overfitting"),
+            "seconds": average(found, "seconds"),
         }
         for structure, found in runs.items()
     ]
@@ -43,7 +39,7 @@ def compare_structures(plan: Plan) -> Report:
         for other in THESIS
         if other != BEST
     ]
-    means = {structure: np.mean(reached).item() for structure, reached in accuracy.items()}
+    means = {structure: average(found, "accuracy", 100) for structure, found in runs.items()}
     best = max(means, key=means.__getitem__)
     said = f"Most accurate on average here: {best}, {means[best]:.2f} %; in the thesis: {BEST}."
     return Report(
@@ -57,7 +53,7 @@ def compare_structures(plan: Plan) -> Report:
     )
 
 
-def _draw(runs: dict[str, list[dict[str, Any]]]) -> charts.Figure:
+def _draw(runs: Runs) -> charts.Figure:
     figure, ((accuracy, loss),) = charts.new_figure(1, 2, width=9, height=3.6)
     names = {structure: structure.replace("-P(2)-", "-P(2)-\n", 1) for structure in runs}
     for axes, key, factor, label in (

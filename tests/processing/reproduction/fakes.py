@@ -35,9 +35,9 @@ def stub(monkeypatch, module, levels):
     asked = []
 
     def run_trainings(plan, changes, what):
-        asked.extend(changes)
+        asked.extend(changes.values())
         assert len(changes) == len(levels)
-        return [runs(level, plan.runs) for level in levels]
+        return {name: runs(level, plan.runs) for name, level in zip(changes, levels, strict=True)}
 
     monkeypatch.setattr(module, "run_trainings", run_trainings)
     return asked

@@ -50,7 +50,10 @@ def test_runs_come_by_change_in_the_order_of_the_seeds(monkeypatch, tmp_path):
     monkeypatch.setattr(run, "keep", keep)
     monkeypatch.setattr(data, "provide", lambda plan: data.Data(tmp_path, "0"))
     plan = Plan(tmp_path, runs=3, precision="bfloat16")
-    first, second = run_trainings(plan, [{"epochs": 5}, {"epochs": 7, "structure": "FC(10)"}], "Training")
+    changes = {"best": {"epochs": 5}, "flat": {"epochs": 7, "structure": "FC(10)"}}
+    runs = run_trainings(plan, changes, "Training")
+    assert list(runs) == ["best", "flat"]
+    first, second = runs.values()
     assert [(run["accuracy"], run["loss"]) for run in first] == [(0, 5), (1, 5), (2, 5)]
     assert [(run["accuracy"], run["loss"]) for run in second] == [(0, 7), (1, 7), (2, 7)]
     assert {(task.settings.structure, task.curve) for task in asked} == {(BEST, CURVE), ("FC(10)", 0)}
