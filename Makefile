@@ -17,6 +17,7 @@ test: .venv/installed-dev
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+	$(BIN)/python -m tests.types
 
 bench: .venv/installed-bench
 	$(BIN)/python -m tests.benchmarks

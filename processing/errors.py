@@ -91,8 +91,9 @@ def _of_pair(pair: PairEstimate, truth: Truth, origin: int | None, center: np.nd
     T_0_target = _relative(truth, origin, pair.target)
     if T_true is None or pair.T_target_source is None:
         return pair
-    known = center is not None and T_0_target is not None
-    center_in_target = poses.transform(poses.invert(T_0_target), center[None])[0] if known else np.zeros(3)
+    center_in_target, known = np.zeros(3), False
+    if center is not None and T_0_target is not None:
+        center_in_target, known = poses.transform(poses.invert(T_0_target), center[None])[0], True
     degrees, metres = _turn_and_shift(pair.T_target_source @ poses.invert(T_true), center_in_target)
     granted = [
         _turn_and_shift(take_out(T @ poses.invert(T_true), pair.freedoms, center_in_target), center_in_target)
@@ -110,7 +111,7 @@ def _turn_and_shift(D: np.ndarray, center: np.ndarray) -> tuple[float, float]:
 
 def _relative(truth: Truth, target: int | None, source: int) -> np.ndarray | None:
     """The true T_target_source; None where one of the two is unknown."""
-    if target not in truth or source not in truth:
+    if target is None or target not in truth or source not in truth:
         return None
     return poses.invert(truth[target]) @ truth[source]
 

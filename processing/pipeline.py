@@ -19,7 +19,7 @@ from orbitscan.processing.registration.methods import Matched, Matches, choose_c
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.results.records import PairEstimate, SessionResult, ViewRecord, ViewResult
-from orbitscan.processing.results.status import METHODS, Status, best_method
+from orbitscan.processing.results.status import METHODS, Method, Status, best_method
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.steps import Steps
 from orbitscan.processing.surface.preparation import choose_scale
@@ -88,7 +88,8 @@ def process(
     if "refined" in methods:
         anew = partial(register, steps, "refined", Trajectory(), None)  # knows nothing of the views before
         with watch.alone("refine", "refined"):
-            found["refined"] = refine_jointly(found["pairwise"], origin, cache, anew, settings.pair, settings.graph)
+            refined = refine_jointly(found[Method.PAIRWISE], origin, cache, anew, settings.pair, settings.graph)
+        found[Method.REFINED] = refined
     best = best_method(methods)
     placed = found[best].placed if best else {}
     with watch("outlier_removal", SESSION):

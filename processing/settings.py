@@ -39,7 +39,7 @@ class Settings:
     model: ModelSettings = field(default_factory=ModelSettings)
 
 
-def read_settings(path: Path, kind: type[Kind] = Settings) -> Kind:
+def read_settings(path: Path, kind: type[Kind]) -> Kind:
     """The settings of a TOML file, a table for each step (`[ransac]`, `[pair.refinement]`); what is absent is default.
 
     Raises InvalidOption for a file that cannot be read, an unknown key or a value of the wrong type.

@@ -1,6 +1,5 @@
 """A recording in, its results folder out: whole or not at all, made again only where something changed."""
 
-import os
 import traceback
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -22,7 +21,7 @@ from orbitscan.processing.results.folder import (
 )
 from orbitscan.processing.results.records import SessionResult
 from orbitscan.processing.results.registered import FILE_NAME, place, write_registered
-from orbitscan.processing.results.status import METHODS, Status
+from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.foxglove import LAYOUT_NAME, write_foxglove_layout
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import mcap_file
@@ -40,7 +39,7 @@ class Job:
 
     results: Path
     views: str = "18"
-    methods: tuple[str, ...] = METHODS
+    methods: tuple[Method, ...] = METHODS
     settings: Settings = field(default_factory=Settings)
     seed: int = 0
     overwrite: bool = False
@@ -101,7 +100,7 @@ def _process(path: Path, job: Job) -> Outcome:
     folder = job.results / path.stem
     if job.skip_unfinished and mcap_file.still_being_written(path):
         return Outcome(path, folder, "skipped: it is still being written; process it when it is done", "unfinished")
-    before = os.stat(path) if path.is_file() else None
+    before = _stamp(path)
     session = mcap_file.read(path)
     model = input_sha256(job.model) if job.model else None
     key = make_key(input_sha256(path), model, job.views, job.methods, asdict(job.settings), job.seed)
@@ -115,12 +114,19 @@ def _process(path: Path, job: Job) -> Outcome:
         raise UnwritableOutput(folder, "exists and holds no results", Wording("move it, or choose another {place}"))
     with whole_folder(folder) as part:
         _process_session(session, path, part, key, job)
-        after = os.stat(path)
-        if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+        if _stamp(path) != before:
             raise UnreadableRecording(path, "it changed while it was read", "process it again when nobody writes it")
     _traceback_file(path, job).unlink(missing_ok=True)
     why = changed(known, key)
     return _finished(path, folder, "done" if known is None else f"done again: changed {why}" if why else "done again")
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """A file's size and when it was last written; None where there is none."""
+    if not path.is_file():
+        return None
+    about = path.stat()
+    return about.st_size, about.st_mtime_ns
 
 
 def _traceback_file(path: Path, job: Job) -> Path:

@@ -33,7 +33,7 @@ def process_all(recordings: Sequence[Path], job: Job, workers: int = 1, *, isola
 
 def threads_per_worker(workers: int) -> int:
     """How many threads each of so many workers gets."""
-    return max(1, numba.config.NUMBA_NUM_THREADS // workers)
+    return max(1, numba.config.NUMBA_NUM_THREADS // workers)  # type: ignore[attr-defined]
 
 
 def _process_in_pool(recordings: Sequence[Path], job: Job, workers: int) -> Iterator[Outcome]:

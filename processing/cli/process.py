@@ -95,7 +95,7 @@ def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings
 
     if step_deg is not None and not 0 < abs(step_deg) < 180:
         raise InvalidOption(setting("step_deg", step_deg), "not a turntable's step", "give degrees, such as 20 or -20")
-    chosen = read_settings(Path(name)) if name not in ("", "thesis") else Settings()
+    chosen = read_settings(Path(name), Settings) if name not in ("", "thesis") else Settings()
     if mesh or chosen.model.mesh.wanted:
         load_open3d("leave out --mesh")
     if step_deg is not None:

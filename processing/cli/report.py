@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -66,7 +67,7 @@ def _write_summary(rows: Sequence[Row], results: Path) -> None:
 
 def _print_errors(rows: Sequence[Row]) -> None:
     """A row per recording and method, worst first: views not placed, and errors where the truth is known."""
-    columns = {"session": {"overflow": "fold", "min_width": 7}, "method": {"no_wrap": True}}
+    columns: dict[str, dict[str, Any]] = {"session": {"overflow": "fold", "min_width": 7}, "method": {"no_wrap": True}}
     columns |= {name: {"justify": "right", "no_wrap": True} for name in _COLUMNS}
     lines = []
     for row in rows[:SHOWN_RECORDINGS]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -62,6 +62,7 @@ def train(
     """
     from orbitscan.processing.batch.inputs import find_recordings
     from orbitscan.processing.classification import checkpoint
+    from orbitscan.processing.classification.checkpoint import Checkpoint
     from orbitscan.processing.classification.evaluation import EpochRecord
     from orbitscan.processing.classification.labelled_views import gather, join, split_views
     from orbitscan.processing.classification.training import train as run
@@ -79,7 +80,7 @@ def train(
     if split == "views":
         print("split by views: training and test show the same things; the figures below do not hold for others")
     print(_describe(views, rows))
-    state = output.with_name(output.name + ".state")
+    state, metrics = output.with_name(output.name + ".state"), {}
     review = output.with_suffix(".rrd")
     with TrainingReview(review, views.names, chosen) as stream:
         for result in run(views, rows, chosen, seed=seed, device=place, state=state):
@@ -91,10 +92,11 @@ def train(
                     f"(training / validation), {result.views_per_second:.0f} views/s",
                     flush=True,
                 )
-            else:
+            elif isinstance(result, Checkpoint):
                 checkpoint.save(result, output)
+                metrics = result.metrics
     state.unlink(missing_ok=True)
-    for name, values in result.metrics.items():
+    for name, values in metrics.items():
         print(f"{name}: " + ", ".join(f"{key.replace('_', ' ')} {value:.4g}" for key, value in values.items()))
     print(f"next: orbitscan classify SESSION.mcap --model {output}, or: orbitscan view {review}")
 
@@ -135,7 +137,7 @@ def _choose_settings(
         chosen = read_settings(Path(name), TrainingSettings)
     else:
         chosen = TrainingSettings()
-    said = {"structure": structure, "init": init, "orientation": orientation, "epochs": epochs}
+    said: dict[str, Any] = {"structure": structure, "init": init, "orientation": orientation, "epochs": epochs}
     chosen = replace(chosen, **{key: value for key, value in said.items() if value})
     if chosen.orientation:  # a turned view shows another side
         chosen = replace(chosen, augmentation=replace(chosen.augmentation, turn_deg=0.0))

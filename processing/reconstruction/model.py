@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from orbitscan.processing.kernels.grid import cell_means
 from orbitscan.processing.reconstruction.mesh import MeshSettings, reconstruct_mesh
 from orbitscan.processing.results.records import Model
+from orbitscan.processing.results.status import Method
 from orbitscan.processing.surface.preparation import Scale
 from orbitscan.recorder import cloud, poses
 from orbitscan.recorder.session import View
@@ -30,7 +31,7 @@ class ModelSettings:
 def build_model(
     views: Iterable[View],
     T_0: Mapping[int, np.ndarray],
-    method: str | None,
+    method: Method | None,
     scale: Scale | None,
     sensor_origin: tuple[float, ...] | None,
     settings: ModelSettings,

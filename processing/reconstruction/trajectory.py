@@ -7,9 +7,13 @@ import numpy as np
 
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.results.records import MethodResult, PairEstimate, ViewEstimate
-from orbitscan.processing.results.status import Status
+from orbitscan.processing.results.status import Method, Status
 
-_STREAMED = ("icp", "ransac_icp", "pairwise")  # place a view when it comes; `refined` begins where `pairwise` ends
+_STREAMED = (
+    Method.ICP,
+    Method.RANSAC_ICP,
+    Method.PAIRWISE,
+)  # place a view when it comes; `refined` begins where `pairwise` ends
 _NEAR = 1  # views back at which the last connected one is still worth trying: one bad view costs one view
 
 
@@ -59,8 +63,7 @@ class Trajectory:
             attempts.append((pair, target))
             if pair.status == Status.OK:
                 break
-        order = {Status.OK: 2, Status.AMBIGUOUS: 1}
-        return max(reversed(attempts), key=lambda attempt: (order.get(attempt[0].status, 0), attempt[0].confidence))
+        return max(reversed(attempts), key=lambda attempt: (attempt[0].status.rank, attempt[0].confidence))
 
     def extend(self, prepared: PreparedView, pair: PairEstimate, target: Placed) -> ViewEstimate:
         """Place a view by its pair: T_0_i = T_0_target T_target_i; without an estimate it has no pose.
@@ -74,7 +77,7 @@ class Trajectory:
         status = pair.status if pair.status != Status.OK or target.connected else Status.NOT_CONNECTED
         return self._add(prepared, status, target.T_0_i @ pair.T_target_source)
 
-    def skip(self, view: int, status: str) -> ViewEstimate:
+    def skip(self, view: int, status: Status) -> ViewEstimate:
         """Leave a view without a pose."""
         self.views.append(ViewEstimate(view, status, None))
         return self.views[-1]
@@ -83,7 +86,7 @@ class Trajectory:
         """Return all views and pairs, as a record."""
         return MethodResult.of(self.views, self.pairs, origin)
 
-    def _add(self, prepared: PreparedView, status: str, T_0_i: np.ndarray) -> ViewEstimate:
+    def _add(self, prepared: PreparedView, status: Status, T_0_i: np.ndarray) -> ViewEstimate:
         self.last = Placed(prepared, T_0_i, status == Status.OK, len(self.views))
         if self.last.connected:
             self.anchor = self.last
@@ -91,10 +94,10 @@ class Trajectory:
         return self.views[-1]
 
 
-def begin_trajectories(methods: Sequence[str]) -> dict[str, Trajectory]:
+def begin_trajectories(methods: Sequence[str]) -> dict[Method, Trajectory]:
     """Return an empty trajectory for each method that places views one after the other, by method, worst to best."""
-    wanted = {"pairwise" if method == "refined" else method for method in methods}
-    return {method: Trajectory(retries=method == "pairwise") for method in _STREAMED if method in wanted}
+    wanted = {Method.PAIRWISE if method == Method.REFINED else method for method in methods}
+    return {method: Trajectory(retries=method == Method.PAIRWISE) for method in _STREAMED if method in wanted}
 
 
 def usual_misfit(pairs: Sequence[PairEstimate]) -> float | None:

@@ -14,7 +14,7 @@ from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import Consensus
 from orbitscan.processing.results.records import Correspondences, Evidence, PairEstimate
-from orbitscan.processing.results.status import Status
+from orbitscan.processing.results.status import Method, Status
 
 BELIEVED = (Status.OK, Status.AMBIGUOUS)  # a pose that geometry bears out, though not always it alone
 
@@ -83,7 +83,7 @@ def register_competing(pair: PairRegistration, matches: Matches, previous: np.nd
 
 
 def choose_correspondences(
-    source: PreparedView, pairs: Mapping[str, PairEstimate], matched: Matched
+    source: PreparedView, pairs: Mapping[Method, PairEstimate], matched: Matched
 ) -> Correspondences | None:
     """Return the matches behind the last of a view's pairs (by method, worst to best) that has any; None without any.
 

@@ -145,7 +145,7 @@ def _compare(T: np.ndarray, surfels: Surfels, other: PreparedView, settings: Ver
     )
 
 
-def status_of(found: Verification, settings: VerificationSettings, nearly_slides: bool = False) -> str:
+def status_of(found: Verification, settings: VerificationSettings, nearly_slides: bool = False) -> Status:
     """`ok`, `low_overlap`, `inconsistent` where a surface is seen through another, `diverged` where they lie apart.
 
     Where the views nearly slide along each other, surfels that should have been seen and were not count too.

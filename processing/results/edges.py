@@ -31,7 +31,7 @@ def left_out(found: MethodResult) -> list[tuple[PairEstimate, Disagreement | Non
 
 
 def _disagreement(pair: PairEstimate, T_0: Mapping[int, np.ndarray]) -> Disagreement | None:
-    if pair.source not in T_0 or pair.target not in T_0:
+    if pair.T_target_source is None or pair.source not in T_0 or pair.target not in T_0:
         return None
     by_graph = poses.invert(T_0[pair.target]) @ T_0[pair.source]
     D = by_graph @ poses.invert(pair.T_target_source)

@@ -235,7 +235,7 @@ def write_results(folder: Path, result: SessionResult, results: Results, truth: 
     for method, of_method in result.reconstruction.items():
         T_0 = {view.view: view.T_0_i for view in of_method.views if view.T_0_i is not None}
         _write_trajectory(folder / f"poses_{method}.tum", result, T_0)
-    if result.origin in truth:
+    if result.origin is not None and result.origin in truth:
         T_0_object = poses.invert(truth[result.origin])
         T_0 = {view: T_0_object @ truth[view] for view in result.views_used if view in truth}
         _write_trajectory(folder / "poses_truth.tum", result, T_0)

@@ -40,8 +40,7 @@ class _ErrorsInline:
     def _put_in(cls, content: Any) -> Any:
         if not isinstance(content, Mapping):
             return content
-        kind = cls.__dataclass_fields__["errors"].default_factory
-        names = {f.name for f in fields(kind)}
+        names = [name for name in content if "_error_" in name]
         rest = {name: value for name, value in content.items() if name not in names}
         return rest | {"errors": {name: content[name] for name in names}}
 
@@ -77,7 +76,7 @@ class Candidate:
 
     start: str
     status: Status  # as it would be the pair's
-    score: float  # see `Judgement`; at most 1
+    score: float  # see `Verification`; at most 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from enum import StrEnum
-from typing import Self
+from typing import NamedTuple
 
 Color = tuple[int, int, int]
 
@@ -12,24 +12,28 @@ _BAD: Color = (240, 90, 40)
 
 
 class Method(StrEnum):
-    """How views are registered, worst to best. Colours after Okabe and Ito: the colour-blind tell them apart."""
-
-    color: Color  # a contrast of 3:1 on white, on black, on the 3D background
-
-    def __new__(cls, value: str, color: Color) -> Self:
-        """A method by its name in results, and the colour of its curves and frusta."""
-        member = str.__new__(cls, value)
-        member._value_, member.color = value, color
-        return member
+    """How views are registered, worst to best."""
 
     __repr__ = str.__repr__  # printed as results.json has it
 
-    ICP = "icp", (208, 128, 0)
-    RANSAC_ICP = "ransac_icp", (70, 140, 225)
-    PAIRWISE = "pairwise", (0, 160, 112)
-    REFINED = "refined", (204, 121, 167)
+    ICP = "icp"
+    RANSAC_ICP = "ransac_icp"
+    PAIRWISE = "pairwise"
+    REFINED = "refined"
+
+    @property
+    def color(self) -> Color:
+        """The colour of its curves and frusta."""
+        return _METHOD_COLORS[self]
 
 
+# After Okabe and Ito: the colour-blind tell them apart. A contrast of 3:1 on white, on black, on the 3D background.
+_METHOD_COLORS: dict[Method, Color] = {
+    Method.ICP: (208, 128, 0),
+    Method.RANSAC_ICP: (70, 140, 225),
+    Method.PAIRWISE: (0, 160, 112),
+    Method.REFINED: (204, 121, 167),
+}
 METHODS = tuple(Method)  # worst to best: the model is made by the last one run
 
 
@@ -42,43 +46,62 @@ def best_method(run: Iterable[str]) -> Method | None:
 class Status(StrEnum):
     """What becomes of a view or a pair: `ok` claims that the pose is right, all else says why it does not."""
 
-    meaning: str
-    color: Color
-    rank: int  # 2: right; 1: right but for what the views cannot tell; 0: failed
-
-    def __new__(cls, value: str, meaning: str, color: Color = _BAD, rank: int = 0) -> Self:
-        """A status by its name in results."""
-        member = str.__new__(cls, value)
-        member._value_, member.meaning, member.color, member.rank = value, meaning, color, rank
-        return member
-
     __repr__ = str.__repr__  # printed as results.json has it
 
-    OK = "ok", "the pose is right", _GOOD, 2
-    AMBIGUOUS = (
-        "ambiguous",
-        "several poses explain it equally well, or a motion of it changes nothing that the views show",
-        _FREE,
-        1,
-    )
-    LOW_OVERLAP = "low_overlap", "too little of the surface lies on the earlier view"
-    DIVERGED = "diverged", "the surfaces that should overlap lie apart"
-    INCONSISTENT = "inconsistent", "a surface would be seen through another"
-    NO_CONSENSUS = "no_consensus", "no motion explains enough of the matches"
-    TOO_FEW_MATCHES = "too_few_matches", "too few descriptors match"
-    TOO_FEW_KEYPOINTS = "too_few_keypoints", "too little structure for keypoints"
-    TOO_FEW_POINTS = "too_few_points", "too few points to register"
-    NOT_CONNECTED = (
-        "not_connected",
-        "its own pair may be right, but no pairs that are lead from it to the first view",
-    )
-    UNREADABLE = "unreadable", "its recorded cloud is damaged"
+    OK = "ok"
+    AMBIGUOUS = "ambiguous"
+    LOW_OVERLAP = "low_overlap"
+    DIVERGED = "diverged"
+    INCONSISTENT = "inconsistent"
+    NO_CONSENSUS = "no_consensus"
+    TOO_FEW_MATCHES = "too_few_matches"
+    TOO_FEW_KEYPOINTS = "too_few_keypoints"
+    TOO_FEW_POINTS = "too_few_points"
+    NOT_CONNECTED = "not_connected"
+    UNREADABLE = "unreadable"
+
+    @property
+    def meaning(self) -> str:
+        """The status in words."""
+        return _STATUSES[self].meaning
+
+    @property
+    def color(self) -> Color:
+        """The colour of what has it."""
+        return _STATUSES[self].color
+
+    @property
+    def rank(self) -> int:
+        """2 where the pose is right, 1 where it is but for what the views cannot tell, 0 where it failed."""
+        return _STATUSES[self].rank
 
     @property
     def is_believed(self) -> bool:
         """Whether geometry bears the pose out, though not always it alone."""
         return self.rank > 0
 
+
+class _Row(NamedTuple):
+    meaning: str
+    color: Color = _BAD
+    rank: int = 0
+
+
+_STATUSES = {
+    Status.OK: _Row("the pose is right", _GOOD, 2),
+    Status.AMBIGUOUS: _Row(
+        "several poses explain it equally well, or a motion of it changes nothing that the views show", _FREE, 1
+    ),
+    Status.LOW_OVERLAP: _Row("too little of the surface lies on the earlier view"),
+    Status.DIVERGED: _Row("the surfaces that should overlap lie apart"),
+    Status.INCONSISTENT: _Row("a surface would be seen through another"),
+    Status.NO_CONSENSUS: _Row("no motion explains enough of the matches"),
+    Status.TOO_FEW_MATCHES: _Row("too few descriptors match"),
+    Status.TOO_FEW_KEYPOINTS: _Row("too little structure for keypoints"),
+    Status.TOO_FEW_POINTS: _Row("too few points to register"),
+    Status.NOT_CONNECTED: _Row("its own pair may be right, but no pairs that are lead from it to the first view"),
+    Status.UNREADABLE: _Row("its recorded cloud is damaged"),
+}
 
 # An ok view is wrong where it is off the truth by more degrees, or its centre by more than this share of the diameter.
 WRONG_DEG, WRONG_SHARE = 5.0, 0.05

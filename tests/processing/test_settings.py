@@ -13,11 +13,11 @@ def write(tmp_path, text):
 
 
 def test_a_file_changes_what_it_names(tmp_path):
-    found = read_settings(write(tmp_path, "[ransac]\ntolerance = 3.5\n[pair.refinement]\ncoarse_gate = 2\n"))
+    found = read_settings(write(tmp_path, "[ransac]\ntolerance = 3.5\n[pair.refinement]\ncoarse_gate = 2\n"), Settings)
     assert found.ransac.tolerance == 3.5
     assert found.pair.refinement.coarse_gate == 2.0
     assert found.shot == Settings().shot
-    assert read_settings(write(tmp_path, "")) == Settings()
+    assert read_settings(write(tmp_path, ""), Settings) == Settings()
 
 
 @pytest.mark.parametrize(
@@ -33,9 +33,9 @@ def test_a_file_changes_what_it_names(tmp_path):
 )
 def test_what_is_wrong_is_named(tmp_path, text, says):
     with pytest.raises(InvalidOption, match=says):
-        read_settings(write(tmp_path, text))
+        read_settings(write(tmp_path, text), Settings)
 
 
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InvalidOption, match="cannot be read"):
-        read_settings(tmp_path / "none.toml")
+        read_settings(tmp_path / "none.toml", Settings)

@@ -17,6 +17,7 @@ from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration.run import OBJECTS, THESIS, Run, run_all
 from orbitscan.processing.reproduction.report import Report, Row
+from orbitscan.processing.results.status import Method
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import choose_scale
 from orbitscan.recorder import mcap_file, poses
@@ -85,7 +86,7 @@ def _build(recording: Session, run: Run, path: Path) -> None:
     model = build_model(
         views,
         run.poses,
-        run.method,
+        Method(run.method),
         choose_scale(views, settings.surface),
         recording.info.sensor_origin,
         settings.model,

@@ -49,7 +49,7 @@ class Way:
     """Methods that are run together, with their settings."""
 
     folder: str
-    methods: tuple[str, ...]
+    methods: tuple[Method, ...]
     settings: Settings = field(default_factory=Settings)
 
 

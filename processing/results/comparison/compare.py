@@ -22,6 +22,7 @@ from orbitscan.processing.results.comparison.records import (
     Difference,
     SessionComparison,
     Totals,
+    Verdict,
     ViewComparison,
 )
 from orbitscan.processing.results.comparison.uncertainty import scale_of_errors, view_deviations
@@ -32,7 +33,7 @@ from orbitscan.processing.results.records import (
     ViewErrors,
     ViewEstimate,
 )
-from orbitscan.processing.results.status import METHODS, WRONG_DEG, WRONG_SHARE, Status
+from orbitscan.processing.results.status import METHODS, WRONG_DEG, WRONG_SHARE, Method, Status
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import InvalidOption
 
@@ -105,7 +106,7 @@ def same_recording(a: Results, b: Results) -> bool:
     return a.input.sha256 == b.input.sha256
 
 
-def _compare_method(method: str, a: ResultsFolder, b: ResultsFolder) -> list[ViewComparison]:
+def _compare_method(method: Method, a: ResultsFolder, b: ResultsFolder) -> list[ViewComparison]:
     both = (a.results, b.results)
     of_a, of_b = (results.reconstruction[method] for results in both)
     in_a = {view.view: view for view in of_a.views}
@@ -126,9 +127,12 @@ def _compare_method(method: str, a: ResultsFolder, b: ResultsFolder) -> list[Vie
 
 
 def _compare_view(
-    method: str, a: ViewEstimate, b: ViewEstimate, sigma: Mapping[int, float], extent: Extent | None
+    method: Method, a: ViewEstimate, b: ViewEstimate, sigma: Mapping[int, float], extent: Extent | None
 ) -> ViewComparison:
-    errors, floor, moved_m, moved_deg = {}, None, None, None
+    errors: dict[str, Difference] = {}
+    floor = moved_m = moved_deg = None
+    verdict: Verdict
+    size = 0.0
     if extent is not None and a.T_0_i is not None and b.T_0_i is not None and sigma:
         D = b.T_0_i @ poses.invert(a.T_0_i)
         moved_m = float(np.linalg.norm(poses.transform(D, extent.center[None])[0] - extent.center))
@@ -137,16 +141,16 @@ def _compare_view(
             floor = max(FLOOR * math.sqrt(2) * sigma[b.view], ROUNDING)
             floors = _floors(floor, extent, [T[:3, 3] for T in (a.T_0_i, b.T_0_i)])
             errors = _differences(a.errors, b.errors, floors)
+            size = max(moved_m, math.radians(moved_deg) * extent.lever) / floor
     if a.status != b.status:
         standings = _standing(a, extent), _standing(b, extent)
         verdict = "changed" if standings[0] == standings[1] else ("worse" if standings[1] < standings[0] else "better")
         size = math.inf
     elif errors:
         found = {difference.verdict for difference in errors.values()}
-        verdict = next((v for v in ("worse", "better") if v in found), "same")
+        verdict = "worse" if "worse" in found else "better" if "better" in found else "same"
         size = max(difference.size for difference in errors.values())
     else:  # without truth: how far apart, neither better nor worse
-        size = max(moved_m, math.radians(moved_deg) * extent.lever) / floor if floor is not None else 0.0
         verdict = "changed" if size > 1 else "same"
     return ViewComparison(method, b.view, a.status, b.status, errors, moved_m, moved_deg, floor, verdict, size)
 
@@ -209,7 +213,7 @@ def _compare_category(
     return Category(*names, "changed" if worth[0] == worth[1] else ("worse" if worth[1] < worth[0] else "better"))
 
 
-def _total(method: str, a: ResultsFolder, b: ResultsFolder) -> Totals:
+def _total(method: Method, a: ResultsFolder, b: ResultsFolder) -> Totals:
     of = [{view.view: view for view in folder.results.reconstruction[method].views} for folder in (a, b)]
     common = [[views[view] for view in of[0].keys() & of[1].keys()] for views in of]
     failed = [sum(view.status != Status.OK for view in views) for views in common]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from orbitscan.processing.results.status import METHODS
+from orbitscan.processing.results.status import METHODS, Method
 
 Verdict = Literal["worse", "changed", "better", "same"]  # in the order in which they are told
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
@@ -35,7 +35,7 @@ class Difference:
 class ViewComparison:
     """A view by one method in A and in B."""
 
-    method: str
+    method: Method
     view: int
     status_a: str
     status_b: str
@@ -73,7 +73,7 @@ class SessionComparison:
     notes: tuple[str, ...]  # what else differs: the input, settings, methods, views
     identical: bool  # the same results to the byte
     views: tuple[ViewComparison, ...] = ()  # those in both, by every method in both
-    methods: Mapping[str, Totals] = field(default_factory=dict)  # those in both, worst to best
+    methods: Mapping[Method, Totals] = field(default_factory=dict)  # those in both, worst to best
     category: Category | None = None
     view_categories: Mapping[int, Category] = field(default_factory=dict)  # that differ; they count for nothing
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -110,7 +111,7 @@ def _describe_recording(row: Row) -> list[str]:
         number(row.of_best("max_rotation_error_chordal")),
         row.results.session.category or "",
         answer.answer if answer else "",
-        number(row.folder.seconds["total"]),
+        number(row.folder.seconds["total"] if row.folder else None),
         problem,
     ]
 
@@ -153,7 +154,7 @@ def _log(errors: np.ndarray) -> np.ndarray:
 
 
 def _lay_out(known: bool, confusion: Confusion | None) -> rrb.Blueprint:
-    plots = []
+    plots: list[Any] = []
     if known:
         plots.append(
             rrb.Vertical(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -53,7 +54,12 @@ def _draw_strips(axes: Axes, samples: Mapping[str, Sequence[float]]) -> None:
     """A point for each session, spread sideways in the order of the sessions, and a bar at the median."""
     for place, (method, values) in enumerate(samples.items()):
         spread = place + (np.linspace(-0.22, 0.22, len(values)) if len(values) > 1 else np.zeros(len(values)))
-        style = {"marker": MARKERS[method], "color": method_color(method), "markersize": 4, "alpha": 0.8}
+        style: dict[str, Any] = {
+            "marker": MARKERS[method],
+            "color": method_color(method),
+            "markersize": 4,
+            "alpha": 0.8,
+        }
         axes.plot(spread, values, linestyle="none", markeredgewidth=0, **style)
         if values:
             axes.hlines(np.median(values), place - 0.32, place + 0.32, color="black", linewidth=1.5)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -33,8 +34,8 @@ EVIDENCE = (
     Quantity("rmse_m", "residual of the\noverlap, RMS [mm]", 1e3),
     Quantity("confidence", "confidence [0 to 1]", whole=True),
 )
-_MARK = {"color": "black", "markersize": 8, "markeredgewidth": 1.3, "linestyle": "none", "zorder": 4}
-_NO_POSE = {"marker": "x", "markersize": 4.5, "linestyle": "none", "zorder": 4}
+_MARK: dict[str, Any] = {"color": "black", "markersize": 8, "markeredgewidth": 1.3, "linestyle": "none", "zorder": 4}
+_NO_POSE: dict[str, Any] = {"marker": "x", "markersize": 4.5, "linestyle": "none", "zorder": 4}
 
 
 def write_figures(folder: Path) -> list[Path]:
@@ -105,20 +106,20 @@ def _draw_curves(axes: Axes, used: Sequence[int], curves: Mapping[str, np.ndarra
 
 
 def _mark_failed(
-    axes: Axes, views: Sequence[ViewEstimate], used: Sequence[int], curve: np.ndarray, method: str, number: int
+    axes: Axes, views: Sequence[ViewEstimate], used: Sequence[int], curve: np.ndarray, method: Method, number: int
 ) -> None:
     """Marks on the curve of what is not ok, and on the axis of what has no pose, those of the methods side by side."""
     status = {view.view: None if view.T_0_i is None else view.status for view in views}
     for view, value in zip(used, curve, strict=True):
         if status[view] is None:
-            place = {"transform": axes.get_xaxis_transform(), "clip_on": False}
+            place: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False}
             aside = BESIDE * (number - 1.5)
             axes.plot([view + aside], [0.0], color=method_color(method), **_NO_POSE, **place)
         elif status[view] != Status.OK and np.isfinite(value):
             axes.plot([view], [value], marker="+" if status[view] == Status.AMBIGUOUS else "x", **_MARK)
 
 
-def _legend_line(method: str) -> Line2D:
+def _legend_line(method: Method) -> Line2D:
     return Line2D([], [], label=method, **method_line(method, marked=True))
 
 

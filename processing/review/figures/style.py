@@ -16,7 +16,7 @@ FOLDER = "figures"  # in a results folder
 ENDINGS = ("png", "svg")
 ORDERS = 10.0  # a largest value over another, from which on an axis is logarithmic
 MARKERS = {"icp": "s", "ransac_icp": "^", "pairwise": "D", "refined": "o"}
-STYLE = {
+STYLE: Any = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -84,7 +84,7 @@ def conclude(found: SessionClassification, truth: str | None = None) -> str:
     return f"{text}; the recording says {truth}: {'right' if found.category == truth else 'wrong'}."
 
 
-def list_dissent(result: SessionResult) -> Iterator[tuple[int, str, str]]:
+def list_dissent(result: SessionResult) -> Iterator[tuple[int, rr.TextLogLevel, str]]:
     """(view, level, text) of the views that alone say otherwise, or do not know the object though together they do."""
     found = result.classification
     if found is None:

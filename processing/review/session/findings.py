@@ -7,14 +7,14 @@ import rerun as rr
 
 from orbitscan.processing.results.edges import Disagreement, left_out
 from orbitscan.processing.results.records import Candidate, PairEstimate, SessionResult, ViewEstimate, ViewResult
-from orbitscan.processing.results.status import Status
+from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review.markdown import describe_freedom, in_mm, name_view, number
 from orbitscan.recorder import poses
 
 SAME = 1e-6  # degrees: errors that differ by less are equal
 
 
-def list_findings(result: ViewResult, methods: Sequence[str]) -> Iterator[tuple[str, str]]:
+def list_findings(result: ViewResult, methods: Sequence[Method]) -> Iterator[tuple[rr.TextLogLevel, str]]:
     """(level, text) of all that is not in order with a view: an error where it is not placed, else a warning."""
     subject = name_view(result.view, result.name)
     if result.damage:
@@ -24,9 +24,9 @@ def list_findings(result: ViewResult, methods: Sequence[str]) -> Iterator[tuple[
             yield _level(estimate), f"{subject}, {method}: {explain(estimate, result.pairs.get(method))}"
 
 
-def list_joint_findings(result: SessionResult) -> Iterator[tuple[int, str, str]]:
+def list_joint_findings(result: SessionResult) -> Iterator[tuple[int, rr.TextLogLevel, str]]:
     """(view, level, text) of what `refined` finds not in order: views, and edges that it leaves out, a line each."""
-    found = result.reconstruction.get("refined")
+    found = result.reconstruction.get(Method.REFINED)
     if found is None:
         return
     names = dict(zip(result.views_used, result.view_names, strict=True))
@@ -85,7 +85,7 @@ def describe_free_motions(pair: PairEstimate) -> Iterator[str]:
     """The motions that a pair leaves free, and other poses of it as good."""
     if pair.freedoms:
         yield "Free: " + ", ".join(map(describe_freedom, pair.freedoms))
-    if pair.alternatives:
+    if pair.alternatives and pair.T_target_source is not None:
         turns = [f"{_angle_between(pair.T_target_source, T):.0f}°" for T in pair.alternatives]
         yield f"As good when turned by {', '.join(turns)}"
 
@@ -127,7 +127,7 @@ def observable_error(pair: PairEstimate) -> float | None:
     return None if raw is None or granted is None or abs(raw - granted) < SAME else granted
 
 
-def _level(estimate: ViewEstimate) -> str:
+def _level(estimate: ViewEstimate) -> rr.TextLogLevel:
     return rr.TextLogLevel.ERROR if estimate.T_0_i is None else rr.TextLogLevel.WARN
 
 

@@ -1,10 +1,12 @@
 """How a session's recording opens: the object at the left, curves and words at the right, at the last view."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
 
+from orbitscan.processing.results.status import Method
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.entities import (
     BACKGROUND,
@@ -28,7 +30,7 @@ FUNNEL = ("points", "keypoints", "valid_frames", "matches", "inliers", "overlap"
 
 
 def lay_out(
-    methods: Sequence[str],
+    methods: Sequence[Method],
     has_truth: bool,
     scene: Scene | None,
     *,
@@ -108,7 +110,7 @@ def _view_3d(
     )
 
 
-def _of_clouds(method: str, colors: Mapping[int, entities.Color]) -> dict[str, rr.Points3D]:
+def _of_clouds(method: Method, colors: Mapping[int, entities.Color]) -> dict[str, rr.Points3D]:
     """One colour for each view's cloud, in place of those in the file, which holds a cloud's points once."""
     return {entities.cloud_path(method, v): rr.Points3D.from_fields(colors=color) for v, color in colors.items()}
 
@@ -123,9 +125,7 @@ def _matches(scene: Scene | None) -> rrb.Spatial3DView:
     return _view_3d("Matches", eye, ["/pairs/**"], ranges)
 
 
-def _curves(
-    origin: str, title: str, contents: Sequence[str] = ("$origin/**",), **options: object
-) -> rrb.TimeSeriesView:
+def _curves(origin: str, title: str, contents: Sequence[str] = ("$origin/**",), **options: Any) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
         origin=origin,
         contents=contents,
@@ -138,7 +138,7 @@ def _curves(
 
 def _errors() -> rrb.Grid:
     """Each error beside its logarithm: Rerun's axes are linear, and the methods differ by orders of magnitude."""
-    plots = []
+    plots: list[Any] = []
     for quantity, (title, error, _) in LOG_ERRORS.items():
         legend = HIDDEN if plots else rrb.Corner2D.LeftTop
         shown = quantity if quantity in MM_ERRORS else error
@@ -149,7 +149,7 @@ def _errors() -> rrb.Grid:
 
 
 def _evidence(name: str, shown: Sequence[str]) -> rrb.Grid:
-    plots = []
+    plots: list[Any] = []
     for quantity in shown:
         axis = rrb.ScalarAxis(range=(0.0, 1.05)) if quantity in SHARES else None
         legend = HIDDEN if plots else rrb.Corner2D.LeftBottom
@@ -157,14 +157,14 @@ def _evidence(name: str, shown: Sequence[str]) -> rrb.Grid:
     return rrb.Grid(*plots, grid_columns=2, name=name)
 
 
-def _support(methods: Sequence[str]) -> list[str]:
+def _support(methods: Sequence[Method]) -> list[str]:
     """What holds a view, as far as the methods look at it."""
     matching = ["inlier_ratio"] if set(methods) != {"icp"} else []
     return ["observability", *(["edges"] if "refined" in methods else []), *matching]
 
 
 def _turntable() -> rrb.Vertical:
-    plots = [_curves(f"/turntable/{name}", title) for name, title in TURNTABLE.items()]
+    plots: list[Any] = [_curves(f"/turntable/{name}", title) for name, title in TURNTABLE.items()]
     return rrb.Vertical(*plots, name="Turntable")
 
 
@@ -181,7 +181,7 @@ def _classes(categories: Sequence[str]) -> rrb.Vertical:
     )
 
 
-def _timing(methods: Sequence[str]) -> rrb.Vertical:
+def _timing(methods: Sequence[Method]) -> rrb.Vertical:
     best = methods[-1]
     title = "Time per view [s]" + (", the joint refinement at the end left out" if best == "refined" else "")
     return rrb.Vertical(

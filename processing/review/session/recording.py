@@ -11,7 +11,7 @@ import rerun as rr
 
 from orbitscan.processing.results.edges import count_edges
 from orbitscan.processing.results.records import MethodResult, SessionResult, ViewClassification, ViewResult
-from orbitscan.processing.results.status import METHODS, Status
+from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.curves import (
     Curves,
@@ -46,7 +46,7 @@ class SessionReview:
         self,
         path: Path,
         info: SessionInfo,
-        methods: Sequence[str],
+        methods: Sequence[Method],
         truth: Mapping[int, np.ndarray] | None = None,
         *,
         identity: str = "",
@@ -109,7 +109,7 @@ class SessionReview:
                 self._placed.log_placed(method, estimate)
                 self._placed.log_cloud(method, result, estimate.status)
         if self._joint and self._scene is not None:
-            self._placed.log_cloud("refined", result, Status.OK)
+            self._placed.log_cloud(Method.REFINED, result, Status.OK)
         for method in self._methods:
             if method in result.poses:
                 self._curves.add(result.view, error_values(method, result.poses[method].errors))
@@ -138,9 +138,8 @@ class SessionReview:
         if self._joint and self._scene is not None:
             self._placed.log_joint(best, stamps_ns)
         self._complete_curves(result, stamps_ns)
-        self._log_marks(result, best)
-        if result.model is not None:
-            marks.log_model(self._stream, result.model, self._scene.up)
+        if self._scene is not None:
+            self._log_marks(result, best, self._scene)
         self._send_layout(result, best)
         self._log_text("/summary", summary.summarize(result, self._methods))
         self._log_text("/table", tables.tabulate_views(result, self._methods))
@@ -190,7 +189,7 @@ class SessionReview:
             pairs = found.speaking.items()
             self._curves.complete({view: evidence_values(method, pair) for view, pair in pairs}, stamps_ns)
         if self._joint:
-            held = count_edges(result.reconstruction["refined"].pairs).items()
+            held = count_edges(result.reconstruction[Method.REFINED].pairs).items()
             self._curves.complete({v: [("/evidence/edges/refined", float(count))] for v, count in held}, stamps_ns)
         if (shown := result.classification) is not None:
             self._curves.complete(classification.fused_values(shown), stamps_ns)
@@ -198,19 +197,21 @@ class SessionReview:
             of_view = {d.view: turntable_values(self._methods[-1], d) for d in result.turntable.deviations}
             self._curves.complete(of_view, stamps_ns)
 
-    def _log_marks(self, result: SessionResult, best: MethodResult) -> None:
+    def _log_marks(self, result: SessionResult, best: MethodResult, scene: Scene) -> None:
         if result.turntable is not None:
-            self._log_marked("/turntable/axis", *marks.draw_turntable(result.turntable, self._scene))
+            self._log_marked("/turntable/axis", *marks.draw_turntable(result.turntable, scene))
         for number, freedom in enumerate(best.freedoms[:SHOWN_FREEDOMS]):
-            self._log_marked(f"/free/{number:02d}", *marks.draw_freedom(freedom, self._scene))
+            self._log_marked(f"/free/{number:02d}", *marks.draw_freedom(freedom, scene))
         if (coverage := result.coverage) is not None:
             for number, gap in enumerate(coverage.gaps[:SHOWN_GAPS]):
-                self._log_marked(entities.gap_path(number), *marks.draw_gap(gap, coverage, self._scene))
+                self._log_marked(entities.gap_path(number), *marks.draw_gap(gap, coverage, scene))
+        if result.model is not None:
+            marks.log_model(self._stream, result.model, scene.up)
 
     def _send_layout(self, result: SessionResult, best: MethodResult) -> None:
         drawn = self._placed.sensors(best.views) if self._scene is not None else {}
         shading = shade_views(best) if drawn else None
-        if shading is not None:
+        if shading is not None and self._scene is not None:
             self._log_marked("/scale", *marks.draw_scale(shading, self._scene))
         shown = result.classification
         layout = lay_out(

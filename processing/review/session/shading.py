@@ -1,6 +1,6 @@
 """Each view in one colour: by its error where the truth is known, else by its confidence; and the scale of colours."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +46,6 @@ def shade_views(found: MethodResult) -> Shading | None:
     return Shading(quantity, meaning, colors, scale)
 
 
-def _blend(place: float, stops: Sequence[float]) -> entities.Color:
+def _blend(place: float, stops: np.ndarray) -> entities.Color:
     r, g, b = (round(float(np.interp(place, stops, channel))) for channel in _RAMP.T)
     return r, g, b

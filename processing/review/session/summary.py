@@ -14,7 +14,7 @@ from orbitscan.processing.results.records import (
     TurntableDeviation,
     ViewEstimate,
 )
-from orbitscan.processing.results.status import Status
+from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review.markdown import describe_freedom, enumerate_views, in_mm, name_gap, name_view, number
 from orbitscan.processing.review.session.classification import describe_classification
 from orbitscan.processing.review.session.findings import explain
@@ -36,7 +36,7 @@ def write_unfinished(name: str) -> str:
     return f"## {name}\n\nNot finished: the views so far are complete, the summary and the model are still missing."
 
 
-def conclude(result: SessionResult, method: str) -> str:
+def conclude(result: SessionResult, method: Method) -> str:
     """One line: how many views a method places, which not and why, and how far off the worst one is."""
     views = result.reconstruction[method].views
     failed: defaultdict[str, list[int]] = defaultdict(list)
@@ -54,7 +54,7 @@ def conclude(result: SessionResult, method: str) -> str:
     return text
 
 
-def summarize(result: SessionResult, methods: Sequence[str]) -> str:
+def summarize(result: SessionResult, methods: Sequence[Method]) -> str:
     """The summary as Markdown; `methods` from worst to best."""
     best = methods[-1]
     found = result.reconstruction[best]

@@ -6,12 +6,13 @@ import numpy as np
 
 from orbitscan.processing.results.edges import count_edges
 from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
+from orbitscan.processing.results.status import Method
 from orbitscan.processing.review.markdown import count, in_mm, number, percent, write_table
 from orbitscan.processing.review.session.classification import describe_view
 from orbitscan.processing.review.session.findings import observable_error
 
 
-def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:
+def tabulate_views(result: SessionResult, methods: Sequence[Method]) -> str:
     """A row per view as a Markdown table: status, category, errors, evidence by the best method, the others' status."""
     *lesser, best = methods
     pairs, edges = result.reconstruction[best].speaking, count_edges(result.reconstruction[best].pairs)
@@ -57,7 +58,7 @@ def tabulate_views(result: SessionResult, methods: Sequence[str]) -> str:
     return "\n".join([f"Status, errors and evidence of {best}.", "", *write_table(header, rows)])
 
 
-def tabulate_methods(result: SessionResult, methods: Sequence[str]) -> list[str]:
+def tabulate_methods(result: SessionResult, methods: Sequence[Method]) -> list[str]:
     header = ["method", "not ok", "overlap", "residual [mm]", "translation [mm]", "chordal", "centre [mm]"]
     header += ["a pair [deg]", "observable [deg]"]
     rows = []

@@ -13,7 +13,7 @@ from orbitscan.processing.results.records import (
     ViewResult,
     speaking_pairs,
 )
-from orbitscan.processing.results.status import METHODS, Status
+from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.markdown import count, in_mm, name_view, number, percent, write_table
 from orbitscan.processing.review.session.classification import describe_view
 from orbitscan.processing.review.session.findings import (
@@ -44,7 +44,11 @@ class Seen:
 
 
 def tell(
-    seen: Seen, estimates: Mapping[str, ViewEstimate], pairs: Mapping[str, Sequence[PairEstimate]], *, finished: bool
+    seen: Seen,
+    estimates: Mapping[Method, ViewEstimate],
+    pairs: Mapping[Method, Sequence[PairEstimate]],
+    *,
+    finished: bool,
 ) -> str:
     """The story as Markdown; by method where it puts the view, and the pairs that the view is the source or target of.
 
@@ -63,7 +67,7 @@ def tell(
         pair = placing[competed]
         if pair is not None and pair.candidates:
             lines += ["", f"### Starts that competed, {competed}, against view {pair.target}", "", *_starts(pair)]
-    if others := [pair for pair in pairs.get("refined", ()) if pair is not placing.get("refined")]:
+    if others := [pair for pair in pairs.get(Method.REFINED, ()) if pair is not placing.get(Method.REFINED)]:
         lines += ["", "### Its other pairs in the graph", "", *_others(seen.view, others)]
     if seen.classification is not None:
         lines += ["", f"Alone it shows {describe_view(seen.classification)}."]
@@ -77,9 +81,9 @@ def tell(
 
 def _conclude(
     seen: Seen,
-    methods: Sequence[str],
-    estimates: Mapping[str, ViewEstimate],
-    placing: Mapping[str, PairEstimate | None],
+    methods: Sequence[Method],
+    estimates: Mapping[Method, ViewEstimate],
+    placing: Mapping[Method, PairEstimate | None],
 ) -> Iterator[str]:
     """The best method's word first, then those of others that say something else."""
     if seen.damage:
@@ -101,7 +105,7 @@ def _conclude(
         yield from ("", f"The others: {'; '.join(f'{m} {describe_status(estimates[m].status)}' for m in lesser)}.")
 
 
-def _funnel(methods: Sequence[str], placing: Mapping[str, PairEstimate | None]) -> list[str]:
+def _funnel(methods: Sequence[Method], placing: Mapping[Method, PairEstimate | None]) -> list[str]:
     rows = []
     for method in methods:
         if (pair := placing[method]) is not None:
@@ -115,7 +119,7 @@ def _funnel(methods: Sequence[str], placing: Mapping[str, PairEstimate | None]) 
 
 
 def _errors(
-    methods: Sequence[str], estimates: Mapping[str, ViewEstimate], placing: Mapping[str, PairEstimate | None]
+    methods: Sequence[Method], estimates: Mapping[Method, ViewEstimate], placing: Mapping[Method, PairEstimate | None]
 ) -> list[str]:
     rows = []
     for method in methods:

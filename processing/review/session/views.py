@@ -6,6 +6,7 @@ import numpy as np
 import rerun as rr
 
 from orbitscan.processing.results.records import Correspondences, MethodResult, ViewEstimate, ViewResult
+from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.session import marks
 from orbitscan.processing.review.session.scene import Scene
@@ -28,7 +29,7 @@ class PlacedViews:
         self._stream = stream
         self._info = info
         self._best = best
-        self._scene: Scene | None = None
+        self._scene: Scene  # from `set_scene` on
         self._samples: dict[int, np.ndarray] = {}  # view -> thinned cloud, for the views matched to it later
 
     def set_time(self, view: int, stamp_ns: int) -> None:
@@ -48,7 +49,7 @@ class PlacedViews:
         """The true frustum, as a thin outline."""
         self._log_pose("truth", view, T_0_i, entities.TRUTH_COLOR, _TRUTH_WIDTH)
 
-    def log_placed(self, method: str, estimate: ViewEstimate) -> None:
+    def log_placed(self, method: Method, estimate: ViewEstimate) -> None:
         """The frustum where a method puts it, with the status in words where that is not ok."""
         wrong = entities.status_color(estimate.status)
         color, width = (entities.METHOD_COLORS[method], _WIDTH) if wrong is None else (wrong, _FAILED_WIDTH)
@@ -59,7 +60,7 @@ class PlacedViews:
             label = marks.draw_label(place, f"view {estimate.view}: {estimate.status}")
             self._stream.log(f"{entities.view_path(method, estimate.view)}/label", label)
 
-    def log_cloud(self, method: str, result: ViewResult, status: str) -> None:
+    def log_cloud(self, method: Method, result: ViewResult, status: Status) -> None:
         """A view's points in its status's colour; where that is ok as captured, or in the view's own."""
         if not len(result.points):
             return
@@ -81,7 +82,7 @@ class PlacedViews:
                 path = entities.view_path("refined", estimate.view)
                 self._stream.log(path, rr.Clear(recursive=True))  # its cloud, which stands nowhere
                 continue
-            self.log_placed("refined", estimate)
+            self.log_placed(Method.REFINED, estimate)
             color = entities.status_color(estimate.status)
             if color is not None and len(self._samples[estimate.view]):
                 path = entities.cloud_path("refined", estimate.view)
