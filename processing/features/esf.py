@@ -77,9 +77,8 @@ def _histograms(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
     # From the first named corner to the second: the direction decides which voxels a side passes.
     ends = cells[triangles[:, [[1, 2], [0, 2], [0, 1]]]].reshape(-1, 2, 3)  # (3 M, 2, 3)
-    passed, full = np.empty(len(ends), np.int64), np.empty(len(ends), np.int64)
-    over_slices(_trace, len(ends), occupied, ends, passed, full)
-    passed, full = passed.reshape(-1, 3), full.reshape(-1, 3)
+    passed, full = np.empty((len(triangles), 3), np.int64), np.empty((len(triangles), 3), np.int64)
+    over_slices(_trace, len(ends), occupied, ends, passed.reshape(-1), full.reshape(-1))
     side = _kind(passed, full, _GAPS_OF_SIDE, _FEW_OF_SIDE, inside_first=True)
     triangle = _kind(passed.sum(axis=1), full.sum(axis=1), _GAPS_OF_TRIANGLE, _FEW_OF_TRIANGLE, inside_first=False)
 

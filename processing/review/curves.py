@@ -65,7 +65,7 @@ class Curves:
     def add(self, view: int, values: Iterable[Value]) -> None:
         """Writes the values of a view, at the stream's current time."""
         for path, value in values:
-            if _is_known(value):
+            if value is not None and np.isfinite(value):
                 self._style(path)
                 self._views[path].add(view)
                 self._stream.log(path, rr.Scalars(value))
@@ -75,7 +75,7 @@ class Curves:
         missing: defaultdict[str, dict[int, float]] = defaultdict(dict)
         for view, of_view in values.items():
             for path, value in of_view:
-                if _is_known(value) and view not in self._views[path]:
+                if value is not None and np.isfinite(value) and view not in self._views[path]:
                     missing[path][view] = value
         for path, curve in missing.items():
             self._style(path)
@@ -94,7 +94,3 @@ class Curves:
         if not self._views[path]:
             color, name, width = self._styles.get(path) or entities.curve_style(path)
             self._stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[width]), static=True)
-
-
-def _is_known(value: float | None) -> bool:
-    return value is not None and bool(np.isfinite(value))

@@ -55,10 +55,10 @@ class Way:
 
 IDENTITY_SETTINGS = replace(Settings(), pair=replace(Settings().pair, starts=("identity",)))
 WAYS = (  # each apart, so that it has its own model and its own seconds
-    Way("icp", ("icp",)),
-    Way("ransac_icp", ("ransac_icp",)),
-    Way("identity", ("pairwise",), IDENTITY_SETTINGS),
-    Way("ours", ("pairwise", "refined")),
+    Way("icp", (Method.ICP,)),
+    Way("ransac_icp", (Method.RANSAC_ICP,)),
+    Way("identity", (Method.PAIRWISE,), IDENTITY_SETTINGS),
+    Way("ours", (Method.PAIRWISE, Method.REFINED)),
 )
 METHODS = {  # as they are shown -> the way, and the method in its results
     "icp": ("icp", "icp"),

@@ -3,7 +3,13 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from orbitscan.processing.results.comparison.records import Comparison, Difference, SessionComparison, ViewComparison
+from orbitscan.processing.results.comparison.records import (
+    Comparison,
+    Difference,
+    SessionComparison,
+    Verdict,
+    ViewComparison,
+)
 from orbitscan.processing.review.markdown import in_mm, number, write_table
 
 NAMED = 5  # sessions that a sentence names
@@ -23,6 +29,11 @@ _ERRORS = {  # name -> in words, its factor to the unit shown, the unit
     "rotation_error_chordal": ("chordal", 1.0, ""),
     "center_error_m": ("centre", 1e3, " mm"),
 }
+_VERBS: dict[Verdict, str] = {
+    "worse": "worse",
+    "better": "better",
+    "changed": "other, neither better nor worse,",
+}
 
 
 def conclude(found: Comparison) -> str:
@@ -32,7 +43,7 @@ def conclude(found: Comparison) -> str:
     total = len(found.sessions)
     parts = [
         f"{verb} in {len(sessions)} of {total} sessions: {_enumerate(s.name for s in sessions)}"
-        for verdict, verb in (("worse", "worse"), ("better", "better"), ("changed", "other, neither better nor worse,"))
+        for verdict, verb in _VERBS.items()
         if (sessions := found.count(verdict))
     ]
     if not found.count("worse"):
@@ -93,7 +104,7 @@ def method_rows(session: SessionComparison) -> list[tuple[str, ...]]:
     """The cells of METHOD_HEADER, the best method first."""
     return [
         (method, _change(*map(str, totals.failed)), _both(totals.center_error_m, 1e3), _both(totals.seconds))
-        for method, totals in reversed(session.methods.items())
+        for method, totals in reversed(list(session.methods.items()))
     ]
 
 

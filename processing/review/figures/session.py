@@ -89,7 +89,7 @@ def _draw(
     return figure
 
 
-def _draw_curves(axes: Axes, used: Sequence[int], curves: Mapping[str, np.ndarray], quantity: Quantity) -> None:
+def _draw_curves(axes: Axes, used: Sequence[int], curves: Mapping[Method, np.ndarray], quantity: Quantity) -> None:
     largest = [np.nanmax(curve) for curve in curves.values() if np.nanmax(curve, initial=0.0) > 0]
     logarithmic = not quantity.whole and needs_logarithm(largest)
     for method, curve in curves.items():

@@ -63,10 +63,10 @@ def tell(
         lines += ["", "### From points to overlap", "", *_funnel(methods, placing)]
     if any(estimates[method].errors.translation_error_m is not None for method in methods):
         lines += ["", "### Errors against the ground truth", "", *_errors(methods, estimates, placing)]
-    if competed := max(methods, key=lambda m: len(placing[m].candidates) if placing[m] else 0, default=None):
-        pair = placing[competed]
-        if pair is not None and pair.candidates:
-            lines += ["", f"### Starts that competed, {competed}, against view {pair.target}", "", *_starts(pair)]
+    compete = [(method, pair) for method in methods if (pair := placing[method]) and pair.candidates]
+    if compete:
+        method, pair = max(compete, key=lambda of_method: len(of_method[1].candidates))
+        lines += ["", f"### Starts that competed, {method}, against view {pair.target}", "", *_starts(pair)]
     if others := [pair for pair in pairs.get(Method.REFINED, ()) if pair is not placing.get(Method.REFINED)]:
         lines += ["", "### Its other pairs in the graph", "", *_others(seen.view, others)]
     if seen.classification is not None:
@@ -124,8 +124,8 @@ def _errors(
     rows = []
     for method in methods:
         errors, pair = estimates[method].errors, placing[method]
-        of_pose = (in_mm(errors.translation_error_m), number(errors.rotation_error_chordal))
-        of_pose += (number(errors.rotation_error_deg), in_mm(errors.center_error_m))
+        of_pose = [in_mm(errors.translation_error_m), number(errors.rotation_error_chordal)]
+        of_pose += [number(errors.rotation_error_deg), in_mm(errors.center_error_m)]
         of_pair = (number(pair.errors.rotation_error_deg), number(observable_error(pair))) if pair else ("", "")
         rows.append([method, *of_pose, *of_pair])
     header = ["by", "translation [mm]", "chordal [0 to 2.83]", "angle [deg]", "centre [mm]"]

@@ -50,7 +50,9 @@ class PlacedViews:
         self._log_pose("truth", view, T_0_i, entities.TRUTH_COLOR, _TRUTH_WIDTH)
 
     def log_placed(self, method: Method, estimate: ViewEstimate) -> None:
-        """The frustum where a method puts it, with the status in words where that is not ok."""
+        """Draw the frustum where a method puts it, if anywhere, with the status in words where that is not ok."""
+        if estimate.T_0_i is None:
+            return
         wrong = entities.status_color(estimate.status)
         color, width = (entities.METHOD_COLORS[method], _WIDTH) if wrong is None else (wrong, _FAILED_WIDTH)
         self._log_pose(method, estimate.view, estimate.T_0_i, color, width)
@@ -65,6 +67,7 @@ class PlacedViews:
         if not len(result.points):
             return
         step = 1 if method == self._best else _step(len(result.points), LESSER_POINTS)
+        colors: entities.Color | np.ndarray
         if (color := entities.status_color(status)) is not None:
             colors = color
         elif result.colors is not None:

@@ -106,8 +106,9 @@ def test_recording_has_the_numbers_and_names(confusion, tmp_path):
 
 
 def test_a_place_that_cannot_be_written_is_left_as_it_is(confusion, tmp_path):
+    (tmp_path / "file").touch()
     with pytest.raises(UnwritableOutput, match="cannot be written"):
-        write_csv(tmp_path / "nowhere" / "confusion", confusion)
+        write_csv(tmp_path / "file" / "confusion", confusion)
     (tmp_path / "taken").mkdir()
     with pytest.raises(UnwritableOutput, match="cannot be written"):
         write_csv(tmp_path / "taken", confusion)
