@@ -95,7 +95,7 @@ def _view_3d(
     eye: rrb.EyeControls3D | None,
     contents: Sequence[str],
     time_ranges: Sequence[rrb.VisibleTimeRange] | None = None,
-    colors: Mapping[str, Any] | None = None,
+    colors: Mapping[Any, Any] | None = None,
 ) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         origin="/",
