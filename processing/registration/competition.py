@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from orbitscan.processing.registration import verification
-from orbitscan.processing.registration.motions import Motion
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.surface_icp import Refined
 from orbitscan.processing.registration.symmetry import find_freedoms, turn_around
-from orbitscan.processing.registration.unobservable import hold, take_out, turn_by_step
+from orbitscan.processing.registration.unobservable import Motion, hold, take_out, turn_by_step
 from orbitscan.processing.registration.verification import Verification
 from orbitscan.processing.results.records import Candidate, Evidence, Freedom, PairEstimate
 from orbitscan.processing.results.status import Status

@@ -5,12 +5,12 @@ from typing import Literal
 
 import numpy as np
 
-from orbitscan.processing.registration import motions, surface_icp, verification
+from orbitscan.processing.registration import surface_icp, unobservable, verification
 from orbitscan.processing.registration.hypotheses import StartSettings
 from orbitscan.processing.registration.matching import MatchSettings
-from orbitscan.processing.registration.motions import Motion, SymmetrySettings
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.surface_icp import Refined, RefinementSettings
+from orbitscan.processing.registration.unobservable import Motion, SymmetrySettings
 from orbitscan.processing.registration.verification import Verification, VerificationSettings
 
 
@@ -79,7 +79,7 @@ class PairRegistration:
     def find_motions(self, T: np.ndarray, coarse: bool = False) -> list[Motion]:
         """Find the motions of the source under a pose, the least determined first; none where the views hardly meet."""
         surfels = self.source.coarse_surfels if coarse else self.source.judged_surfels
-        return motions.find_motions(T, surfels, self.target.fine_target, self.settings.judgement.gate * self.w)
+        return unobservable.find_motions(T, surfels, self.target.fine_target, self.settings.judgement.gate * self.w)
 
     def nearly_slides(self, found: list[Motion]) -> bool:
         """Whether the least determined of the motions is hardly determined."""

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.registration import verification
 from orbitscan.processing.registration.hypotheses import screen
-from orbitscan.processing.registration.motions import Motion
 from orbitscan.processing.registration.pair import PairRegistration
+from orbitscan.processing.registration.unobservable import Motion
 from orbitscan.processing.results.records import Freedom
 from orbitscan.recorder import poses
 

@@ -1,15 +1,96 @@
-"""What follows from a motion that views leave free: for information, for comparing poses, for naming it once."""
+"""The small motions of a pair, how firmly its overlap holds each, and what follows from one that nothing holds."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from orbitscan.processing.registration.correspondences import Target, find_correspondences
 from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
+_MIN_SURFELS = 6  # that determine six motions
 _FINENESS_DEG = 0.02  # of the turns looked at for a known step
 _ROUNDS = 5  # of taking out one free motion after the other, where there are several
+
+
+@dataclass(frozen=True)
+class SymmetrySettings:
+    """When a motion is taken for free; not in the thesis."""
+
+    # By the information about a motion, 0 to 1 (see `Motion`).
+    free: float = 0.0015  # below, it is free: what is left is noise of normals
+    suspicious: float = 0.02  # below, it is tried out: the views nearly slide
+
+    # The trial: a little along the motion, and aligned again from there.
+    probe: float = 1.3  # how far it is tried, as a multiple of what makes two poses distinct
+    probe_gate: float = 3.0  # of the alignment from there, in multiples of the working resolution w
+    probe_deviation: float = 0.5  # a residual of so many w counts a quarter there
+    held: float = 0.5  # a motion of which the alignment takes back all but this share is determined
+
+    # Poses about the axis of a suspicious turn: the right one may be any of them.
+    around: int = 24  # looked at in a whole turn
+    around_score: float = 0.7  # those are tried that fit this share as well at a first look ...
+    around_most: int = 8  # ... but no more than so many
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A small motion about a centre, and how much the overlap of two views says about it."""
+
+    turn: np.ndarray  # (3,) radians for a unit of it
+    shift: np.ndarray  # (3,) metres
+    center: np.ndarray  # (3,) of the overlap, in the target's frame
+    information: float  # mean square distance that a unit moves the surface along its normals, 0 to 1
+
+    def size(self, turn: float, shift: float) -> float:
+        """The number of units that turn by `turn` [rad] or shift by `shift` [m], whichever comes first."""
+        turned, shifted = float(np.linalg.norm(self.turn)), float(np.linalg.norm(self.shift))
+        return float(min(turn / max(turned, 1e-12), shift / max(shifted, 1e-12)))
+
+    def pose(self, size: float) -> np.ndarray:
+        """The rigid motion (4, 4), in the target's frame, of a number of units."""
+        v = self.turn * size
+        angle = float(np.linalg.norm(v))
+        K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+        b, c = ((1 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3) if angle > 1e-9 else (0.5, 1 / 6)
+        R = Rotation.from_rotvec(v).as_matrix()
+        return poses.make(R, (np.eye(3) + b * K + c * K @ K) @ self.shift * size + self.center - R @ self.center)
+
+    def freedom(self, turn: float, shift: float) -> Freedom:
+        """The motion as what nobody can determine: a turn about an axis, or a shift where that comes first."""
+        turned, shifted = float(np.linalg.norm(self.turn)), float(np.linalg.norm(self.shift))
+        if turned / turn >= shifted / shift:
+            point = self.center + np.cross(self.turn, self.shift) / turned**2
+            return Freedom("turn", self.turn / turned, point)
+        return Freedom("shift", self.shift / shifted, self.center)
+
+
+def find_motions(T: np.ndarray, surfels: Surfels, target: Target, gate: float) -> list[Motion]:
+    """Find the six independent motions of a source's surfels under a pose T_target_source, the least determined first.
+
+    Eigenvectors of the mean point-to-plane information of the overlap; turns are in units of the overlap's reach, so
+    that all six compare. The normals of one view are paired with those of the other: their noise is independent and
+    averages out, where the square of one view's would be taken for relief. A corresponding surfel is no farther than
+    the gate [m]. Empty where fewer than six surfels have one.
+    """
+    points = poses.transform(T, surfels.points)
+    normals = poses.rotate(T, surfels.normals)
+    found = find_correspondences(points, normals, target, gate)
+    near = found >= 0
+    if near.sum() < _MIN_SURFELS:
+        return []
+    points, normals, others = points[near], normals[near], target.normals[found[near]]
+    center = points.mean(axis=0)
+    arms = points - center
+    reach = max(float(np.sqrt((arms**2).sum(axis=1).mean())), 1e-12)
+    one = np.hstack([np.cross(arms / reach, normals), normals])
+    other = np.hstack([np.cross(arms / reach, others), others])
+    M = np.einsum("ni,nj->ij", one, other) / len(points)
+    information, vectors = np.linalg.eigh((M + M.T) / 2)
+    return [Motion(v[:3] / reach, v[3:], center, float(i)) for i, v in zip(information, vectors.T, strict=True)]
 
 
 def direction(freedom: Freedom, center: np.ndarray) -> np.ndarray:
