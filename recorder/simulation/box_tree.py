@@ -5,6 +5,7 @@ Möller, Trumbore: Fast, Minimum Storage Ray/Triangle Intersection (1997).
 """
 
 import logging
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,24 @@ _EDGE = 1e-9  # how far outside, as a share of its sides, a triangle still is me
 _HUGE = 1e300  # the reciprocal of nothing: with infinity, a ray that runs along a box's side would be nowhere
 
 
+class _Tree(NamedTuple):
+    """Boxes within boxes: the halves of box i are 2 i + 1 and 2 i + 2; the last L are leaves."""
+
+    boxes: np.ndarray  # (2 L - 1, 6) their lowest and highest corners, the root first
+    starts: np.ndarray  # (L + 1,) where each leaf starts among the triangles
+    order: np.ndarray  # (T,) the triangles' indices
+    first: np.ndarray  # (T, 3) a corner
+    sides: np.ndarray  # (T, 2, 3) the sides from there
+
+
+class _Met(NamedTuple):
+    """What rays meet first, filled in by the kernel."""
+
+    distance: np.ndarray  # (N,)
+    triangles: np.ndarray  # (N,)
+    uv: np.ndarray  # (N, 2)
+
+
 class BoxTree:
     """A mesh's triangles in boxes within boxes. Rays and corners are rounded as Open3D's are, so that both agree."""
 
@@ -28,10 +47,10 @@ class BoxTree:
             logging.getLogger(__name__).warning("Compiling the raycaster: once on this machine, about 3 s ...")
         corners = mesh.vertices.astype(np.float32).astype(np.float64)[mesh.triangles]  # (T, 3, 3)
         low, high = corners.min(axis=1), corners.max(axis=1)
-        self._order, self._starts = _halve((low + high) / 2)
-        self._boxes = _enclose(low[self._order], high[self._order], self._starts)
-        self._first = corners[self._order, 0]
-        self._sides = corners[self._order, 1:] - corners[self._order, :1]  # (T, 2, 3)
+        order, starts = _halve((low + high) / 2)
+        boxes = _enclose(low[order], high[order], starts)
+        sides = corners[order, 1:] - corners[order, :1]
+        self._tree = _Tree(boxes, starts, order, corners[order, 0], sides)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         self._normals = normals / np.where(lengths > 0, lengths, 1)
@@ -40,10 +59,10 @@ class BoxTree:
         """Where rays from one origin (3,) in the directions (N, 3) first meet the mesh; `threads` 0: all."""
         origin, rays = (array.astype(np.float32).astype(np.float64) for array in (origin, directions))
         count = len(rays)
-        distance, triangles, uv = np.full(count, np.inf), np.zeros(count, np.int64), np.zeros((count, 2))
-        tree = self._boxes, self._starts, self._order, self._first, self._sides
-        over_slices(_follow, count, *tree, origin, rays, distance, triangles, uv, threads=threads)
-        return Hits(distance, np.where(np.isfinite(distance)[:, None], self._normals[triangles], 0), triangles, uv)
+        met = _Met(np.full(count, np.inf), np.zeros(count, np.int64), np.zeros((count, 2)))
+        over_slices(_follow, count, self._tree, origin, rays, met, threads=threads)
+        normals = np.where(np.isfinite(met.distance)[:, None], self._normals[met.triangles], 0)
+        return Hits(met.distance, normals, met.triangles, met.uv)
 
 
 def _halve(centers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -75,10 +94,10 @@ def _enclose(low: np.ndarray, high: np.ndarray, starts: np.ndarray) -> np.ndarra
 
 
 @kernel
-def _follow(start, stop, boxes, starts, order, first, sides, origin, rays, distance, triangles, uv):  # noqa: ANN001, ANN202
+def _follow(start, stop, tree, origin, rays, met):  # noqa: ANN001, ANN202
     """Fill in the distance, triangle and place on it of the rays from `start` to `stop` that meet one."""
     waiting = np.empty(_DEPTH, np.int64)
-    leaves = len(starts) - 1
+    leaves = len(tree.starts) - 1
     for r in range(start, stop):
         x, y, z = rays[r]
         inverse = (1 / x if x != 0 else _HUGE, 1 / y if y != 0 else _HUGE, 1 / z if z != 0 else _HUGE)
@@ -87,18 +106,18 @@ def _follow(start, stop, boxes, starts, order, first, sides, origin, rays, dista
         while count > 0:
             count -= 1
             box = waiting[count]
-            if _enter(boxes[box], origin, inverse) >= distance[r]:
+            if _enter(tree.boxes[box], origin, inverse) >= met.distance[r]:
                 continue
             if box >= leaves - 1:
                 leaf = box - (leaves - 1)
-                for i in range(starts[leaf], starts[leaf + 1]):
-                    t, u, v = _meet(first[i], sides[i, 0], sides[i, 1], origin, x, y, z)
-                    if 0 < t < distance[r]:
-                        distance[r], triangles[r] = t, order[i]
-                        uv[r, 0], uv[r, 1] = u, v
+                for i in range(tree.starts[leaf], tree.starts[leaf + 1]):
+                    t, u, v = _meet(tree.first[i], tree.sides[i, 0], tree.sides[i, 1], origin, x, y, z)
+                    if 0 < t < met.distance[r]:
+                        met.distance[r], met.triangles[r] = t, tree.order[i]
+                        met.uv[r, 0], met.uv[r, 1] = u, v
                 continue
             left, right = 2 * box + 1, 2 * box + 2
-            if _enter(boxes[left], origin, inverse) < _enter(boxes[right], origin, inverse):
+            if _enter(tree.boxes[left], origin, inverse) < _enter(tree.boxes[right], origin, inverse):
                 left, right = right, left
             waiting[count], waiting[count + 1] = left, right  # the nearer one is taken first
             count += 2
