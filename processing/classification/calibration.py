@@ -48,12 +48,7 @@ def measure_sizes(radii: np.ndarray, categories: np.ndarray, count: int) -> Size
 
 
 def calibrate(
-    logits: np.ndarray,
-    radii: np.ndarray,
-    categories: np.ndarray,
-    sessions: np.ndarray,
-    sizes: Sizes,
-    seed: int = 0,
+    logits: np.ndarray, radii: np.ndarray, categories: np.ndarray, sessions: np.ndarray, sizes: Sizes, seed: int = 0
 ) -> Calibration:
     """A temperature (Guo et al., ICML 2017), and thresholds that keep KEPT of the known validation views and sessions.
 

@@ -9,12 +9,7 @@ from orbitscan.processing.cli import classify, compare, process, reproduce, trai
 from orbitscan.recorder import cli as recorder_cli
 from orbitscan.recorder.caches import find_place_for_matplotlib
 
-app = typer.Typer(
-    name="orbitscan",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    add_completion=False,
-)
+app = typer.Typer(name="orbitscan", no_args_is_help=True, pretty_exceptions_enable=False, add_completion=False)
 
 
 def _print_version(wanted: bool) -> None:

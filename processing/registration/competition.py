@@ -192,11 +192,7 @@ def verify_sliding(pair: PairEstimate, usual_misfit: float | None, settings: Pai
 
 
 def evidence_of(
-    pair: PairRegistration,
-    refined: Refined,
-    found: Verification,
-    motions: Sequence[Motion],
-    features: Evidence | None,
+    pair: PairRegistration, refined: Refined, found: Verification, motions: Sequence[Motion], features: Evidence | None
 ) -> Evidence:
     """Gather what speaks for a pose; `motions` come the least determined first, `features` is what the matches say."""
     met = found.overlap > 0

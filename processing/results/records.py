@@ -243,13 +243,7 @@ class ViewRecord:
         points = result.points
         centroid = Centroid(len(points), points.mean(axis=0, dtype=np.float64)) if len(points) else None
         return cls(
-            result.view,
-            result.name,
-            result.stamp_ns,
-            centroid,
-            result.damage,
-            result.seconds,
-            result.classification,
+            result.view, result.name, result.stamp_ns, centroid, result.damage, result.seconds, result.classification
         )
 
 

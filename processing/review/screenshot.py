@@ -58,10 +58,7 @@ def take_picture(recording: Path, picture: Path, size: str = SIZE, view: int | N
         raise UnwritableOutput(picture, "its folder does not exist", "make the folder, or name another")
     if view is not None:
         _check_view(recording, view)
-    with (
-        whole_file(picture, keep_suffix=True, failures=OSError) as part,
-        open_viewer(recording, size) as viewer,
-    ):
+    with whole_file(picture, keep_suffix=True, failures=OSError) as part, open_viewer(recording, size) as viewer:
         if view is not None:
             viewer.set_time(VIEW_TIMELINE, sequence=view, play_state="paused")
         time.sleep(SECONDS_OF_NOTICES)

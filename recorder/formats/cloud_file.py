@@ -105,10 +105,4 @@ def _read_npy(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     return split_columns(array.reshape(-1, array.shape[-1]))
 
 
-READERS = {
-    ".ply": ply.read,
-    ".pcd": pcd.read,
-    ".xyz": _read_text,
-    ".csv": _read_text,
-    ".npy": _read_npy,
-}
+READERS = {".ply": ply.read, ".pcd": pcd.read, ".xyz": _read_text, ".csv": _read_text, ".npy": _read_npy}

@@ -71,13 +71,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         cloud = Path(folder) / "view.ply"
         ply.write(cloud, clouds[0])
-        command = [
-            sys.executable,
-            "-c",
-            "from orbitscan.processing.cli import main; main()",
-            "classify",
-            str(cloud),
-        ]
+        command = [sys.executable, "-c", "from orbitscan.processing.cli import main; main()", "classify", str(cloud)]
         one = seconds(lambda: subprocess.run(command, check=True, capture_output=True), 3)
     print(f"one view from the shell: {one:.2f} s")
     views = gather(sessions(range(1, 4), 48))

@@ -258,8 +258,4 @@ def _threads() -> int:
     return int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
 
 
-_PEERS = {
-    OPEN3D: Peer(_open3d_cloud, _open3d),
-    KISS: Peer(_kiss_cloud, _kiss),
-    GICP: Peer(_gicp_cloud, _gicp),
-}
+_PEERS = {OPEN3D: Peer(_open3d_cloud, _open3d), KISS: Peer(_kiss_cloud, _kiss), GICP: Peer(_gicp_cloud, _gicp)}

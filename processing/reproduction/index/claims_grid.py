@@ -9,11 +9,7 @@ import rerun.blueprint as rrb
 from orbitscan.processing.reproduction.claims import Claim, Verdict
 from orbitscan.processing.review import entities
 
-_COLORS = {
-    Verdict.HOLDS: entities.GOOD_COLOR,
-    Verdict.FAILS: entities.BAD_COLOR,
-    Verdict.OPEN: entities.ENTROPY_COLOR,
-}
+_COLORS = {Verdict.HOLDS: entities.GOOD_COLOR, Verdict.FAILS: entities.BAD_COLOR, Verdict.OPEN: entities.ENTROPY_COLOR}
 _MARKS = {Verdict.HOLDS: "yes", Verdict.FAILS: "no", Verdict.OPEN: "?"}  # for those who do not tell the colours apart
 _PIXELS = 24  # of a cell
 _GAP = 2

@@ -128,13 +128,7 @@ def tabulate_runs(named: Runs, label: str) -> list[dict[str, Any]]:
 def tabulate_curves(named: Runs, label: str) -> list[dict[str, Any]]:
     """A row for each point of each curve, the mean of the runs."""
     return [
-        {
-            label: name,
-            "step": step,
-            "accuracy_percent": 100 * accuracy,
-            "loss": loss,
-            "overfitting": loss - train_loss,
-        }
+        {label: name, "step": step, "accuracy_percent": 100 * accuracy, "loss": loss, "overfitting": loss - train_loss}
         for name, runs in named.items()
         for step, accuracy, loss, train_loss in zip(
             runs[0]["curve"]["step"],

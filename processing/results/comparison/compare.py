@@ -27,12 +27,7 @@ from orbitscan.processing.results.comparison.records import (
 )
 from orbitscan.processing.results.comparison.uncertainty import scale_of_errors, view_deviations
 from orbitscan.processing.results.folder import ROUNDING, Extent, Results, ResultsFolder, read_results, to_json
-from orbitscan.processing.results.records import (
-    SessionClassification,
-    ViewClassification,
-    ViewErrors,
-    ViewEstimate,
-)
+from orbitscan.processing.results.records import SessionClassification, ViewClassification, ViewErrors, ViewEstimate
 from orbitscan.processing.results.status import METHODS, WRONG_DEG, WRONG_SHARE, Method, Status
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import InvalidOption

@@ -29,11 +29,7 @@ _ERRORS = {  # name -> in words, its factor to the unit shown, the unit
     "rotation_error_chordal": ("chordal", 1.0, ""),
     "center_error_m": ("centre", 1e3, " mm"),
 }
-_VERBS: dict[Verdict, str] = {
-    "worse": "worse",
-    "better": "better",
-    "changed": "other, neither better nor worse,",
-}
+_VERBS: dict[Verdict, str] = {"worse": "worse", "better": "better", "changed": "other, neither better nor worse,"}
 
 
 def conclude(found: Comparison) -> str:

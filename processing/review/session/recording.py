@@ -13,13 +13,7 @@ from orbitscan.processing.results.edges import count_edges
 from orbitscan.processing.results.records import MethodResult, SessionResult, ViewClassification, ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.curves import (
-    Curves,
-    error_values,
-    evidence_values,
-    timing_values,
-    turntable_values,
-)
+from orbitscan.processing.review.curves import Curves, error_values, evidence_values, timing_values, turntable_values
 from orbitscan.processing.review.session import classification, findings, marks, summary, tables
 from orbitscan.processing.review.session.layout import lay_out
 from orbitscan.processing.review.session.scene import Scene

@@ -140,20 +140,7 @@ def enamel(rng: np.random.Generator) -> Mesh:
     return _mug(rng, np.concatenate([wall, wall[-1] + rolled]), (EAR, D, C), thickness=0.0015)
 
 
-STYLES = (
-    everyday,
-    straight,
-    bellied,
-    latte,
-    tea_cup,
-    barrel,
-    espresso,
-    wide_based,
-    square,
-    tulip,
-    travel,
-    enamel,
-)
+STYLES = (everyday, straight, bellied, latte, tea_cup, barrel, espresso, wide_based, square, tulip, travel, enamel)
 
 
 def _times(radius: float, *shares: float) -> tuple[float, ...]:

@@ -9,12 +9,7 @@ import torch
 from orbitscan.processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
 from orbitscan.processing.classification.labelled_views import gather, split_views
 from orbitscan.processing.classification.losses import classification_loss, orientation_labels, orientation_loss
-from orbitscan.processing.classification.training import (
-    RUNS,
-    THESIS,
-    TrainingSettings,
-    train,
-)
+from orbitscan.processing.classification.training import RUNS, THESIS, TrainingSettings, train
 from orbitscan.processing.classification.voxels import VoxelSettings
 from orbitscan.processing.settings import read_settings
 from orbitscan.recorder.exceptions import InvalidOption

@@ -89,12 +89,7 @@ def sides(descriptor):
 
 @pytest.mark.parametrize(
     "points",
-    [
-        np.empty((0, 3)),
-        np.eye(3)[:2],
-        np.ones((10, 3)),
-        np.linspace(0, 1, 50)[:, None] * [[1.0, 2.0, 3.0]],
-    ],
+    [np.empty((0, 3)), np.eye(3)[:2], np.ones((10, 3)), np.linspace(0, 1, 50)[:, None] * [[1.0, 2.0, 3.0]]],
     ids=["nothing", "two points", "one place", "a line"],
 )
 def test_no_triangle_means_nan(points):

@@ -26,14 +26,7 @@ def record(path, number, poses_number=None, chunk_size=2**20, **options):
 @pytest.mark.parametrize("chunk_size", [1, 2**20])
 @pytest.mark.parametrize("crcs", [True, False])
 @pytest.mark.parametrize(
-    "numbers",
-    [
-        [lambda i: i],
-        [lambda i: 0],
-        [lambda i: i + 1],
-        [lambda i: 2**31 + 7 * i],
-        [lambda i: 0, lambda i: i],
-    ],
+    "numbers", [[lambda i: i], [lambda i: 0], [lambda i: i + 1], [lambda i: 2**31 + 7 * i], [lambda i: 0, lambda i: i]]
 )
 def test_messages_numbered_in_any_way(tmp_path, numbers, chunk_size, crcs):
     record(tmp_path / "s.mcap", *numbers, chunk_size=chunk_size, enable_crcs=crcs)

@@ -155,10 +155,7 @@ def test_poses_may_have_their_own_direction_axes_and_units(folder, tmp_path):
         T = poses.invert(T @ poses.make(poses.axes_to_rdf("RUB"), np.zeros(3)))
         theirs.append(poses.make(T[:3, :3], T[:3, 3] / METRES["cm"]))
     options = CaptureOptions(
-        poses=write_json(tmp_path / "q.json", theirs),
-        poses_are="object-to-camera",
-        pose_axes="rub",
-        pose_units="cm",
+        poses=write_json(tmp_path / "q.json", theirs), poses_are="object-to-camera", pose_axes="rub", pose_units="cm"
     )
     (session,) = open_capture(folder, options)
     assert session.info.source_poses == "object-to-camera RUB cm"

@@ -58,12 +58,7 @@ def test_values_and_names_in_words():
     ]
     assert write_value(-0.5, 2) == "−0.50"
     names = ("thesis_accuracy_percent", "translation_error_m", "seconds", "s")
-    assert [name_column(name) for name in names] == [
-        "accuracy [%], thesis",
-        "translation error [m]",
-        "seconds",
-        "s",
-    ]
+    assert [name_column(name) for name in names] == ["accuracy [%], thesis", "translation error [m]", "seconds", "s"]
 
 
 # --- curves

@@ -5,15 +5,7 @@ import pytest
 
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration import errors, models, run, seconds
-from orbitscan.processing.reproduction.registration.run import (
-    FEW,
-    METHODS,
-    OBJECTS,
-    Circle,
-    Run,
-    list_circles,
-    run_all,
-)
+from orbitscan.processing.reproduction.registration.run import FEW, METHODS, OBJECTS, Circle, Run, list_circles, run_all
 from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import ScanError
 from orbitscan.recorder.simulation.camera import simulate
