@@ -1,6 +1,6 @@
 """THE PAGE: the method of the thesis (chapters 3 and 4) and what we add to it, a named call for each step, in order.
 
-Views come without poses, and ground truth never enters here: `errors.with_errors` adds errors to what this yields.
+Views come without poses, and ground truth never enters here: `pose_errors.with_errors` adds errors to what this yields.
 `steps.Steps` gives each step its settings and times it.
 """
 

@@ -9,6 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ORDER = [  # of processing; a module imports only what stands above it
+    "results.colors",
     "results.status",
     "results.records",
     "kernels",
@@ -20,7 +21,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "settings",
     "timing",
     "steps",
-    "errors",
+    "pose_errors",
     "results.folder",
     "results.batch_table",
     "results.edges",

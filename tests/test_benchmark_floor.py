@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.errors import center_error, rotation_error_deg
+from orbitscan.processing.pose_errors import center_error, rotation_error_deg
 from orbitscan.recorder import poses
 from tests.benchmarks import floor
 from tests.benchmarks.scores import score_pair, score_session

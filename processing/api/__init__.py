@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from orbitscan.processing.classification.classifier import classify
-    from orbitscan.processing.errors import with_errors
     from orbitscan.processing.pipeline import process
+    from orbitscan.processing.pose_errors import with_errors
     from orbitscan.processing.results.folder import read_results
     from orbitscan.processing.settings import Settings
     from orbitscan.recorder.exceptions import ScanError
@@ -45,7 +45,7 @@ _HOMES = {  # name -> its module, and what it is called there
     "process": ("processing.pipeline", "process"),
     "read_results": ("processing.results.folder", "read_results"),
     "simulate": ("recorder.simulation.camera", "simulate"),
-    "with_errors": ("processing.errors", "with_errors"),
+    "with_errors": ("processing.pose_errors", "with_errors"),
 }
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numba
 
 from orbitscan.processing.classification import PACKAGED
-from orbitscan.processing.errors import with_errors
 from orbitscan.processing.pipeline import process
+from orbitscan.processing.pose_errors import with_errors
 from orbitscan.processing.results.folder import (
     Results,
     changed,

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from orbitscan.processing.registration import verification
+from orbitscan.processing.registration.ambiguity import as_good, decide, find_freedoms, turn_around
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.surface_icp import Refined
-from orbitscan.processing.registration.symmetry import find_freedoms, turn_around
 from orbitscan.processing.registration.unobservable import Motion, hold, take_out, turn_by_step
 from orbitscan.processing.registration.verification import Verification
 from orbitscan.processing.results.records import Candidate, Evidence, Freedom, PairEstimate
@@ -55,19 +55,17 @@ def register_from(
     if slides and best.found.score >= belief.min_score:
         freedoms = find_freedoms(pair, best.T, motions)
     rivals = [trial for trial in others if _is_rival(pair, trial, best, freedoms)]
-    equal = [trial for trial in rivals if verification.as_good(trial.found, best.found, belief)]
+    equal = [trial for trial in rivals if as_good(trial.found, best.found, belief)]
     if freedoms and pair.settings.step_deg is not None:
         best, freedoms = _use_step(pair, best, freedoms, pair.settings.step_deg)
     status = verification.status_of(best.found, belief, slides)
     if status == Status.OK and not motions:
         status = Status.LOW_OVERLAP
-    if status == Status.OK and (freedoms or equal):
-        status = Status.AMBIGUOUS
     return PairEstimate(
         pair.source.view,
         pair.target.view,
         best.T,
-        status,
+        decide(status, freedoms, equal),
         verification.confidence(best.found, max((trial.found.score for trial in rivals), default=0.0)),
         evidence_of(pair, best.refined, best.found, motions, features),
         tuple(

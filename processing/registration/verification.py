@@ -160,12 +160,6 @@ def status_of(found: Verification, settings: VerificationSettings, nearly_slides
     return Status.OK if fits else Status.DIVERGED
 
 
-def as_good(found: Verification, best: Verification, settings: VerificationSettings) -> bool:
-    """Whether another pose of the same views explains them as well as the best one."""
-    as_close = found.misfit <= settings.ambiguous_misfit * best.misfit
-    return as_close and found.score >= settings.ambiguous_score * best.score
-
-
 def distance(T_a: np.ndarray, T_b: np.ndarray, source: PreparedView, settings: VerificationSettings) -> float:
     """Measure how different two poses of the source are: 1 where they just count as distinct."""
     center = source.coarse_surfels.points.mean(axis=0)[None]

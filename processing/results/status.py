@@ -4,11 +4,8 @@ from collections.abc import Iterable
 from enum import StrEnum
 from typing import NamedTuple
 
-Color = tuple[int, int, int]
-
-_GOOD: Color = (0, 160, 112)
-_FREE: Color = (240, 228, 66)
-_BAD: Color = (240, 90, 40)
+from orbitscan.processing.results import colors
+from orbitscan.processing.results.colors import Color
 
 
 class Method(StrEnum):
@@ -27,12 +24,11 @@ class Method(StrEnum):
         return _METHOD_COLORS[self]
 
 
-# After Okabe and Ito: the colour-blind tell them apart. A contrast of 3:1 on white, on black, on the 3D background.
-_METHOD_COLORS: dict[Method, Color] = {
-    Method.ICP: (208, 128, 0),
-    Method.RANSAC_ICP: (70, 140, 225),
-    Method.PAIRWISE: (0, 160, 112),
-    Method.REFINED: (204, 121, 167),
+_METHOD_COLORS = {
+    Method.ICP: colors.ICP,
+    Method.RANSAC_ICP: colors.RANSAC_ICP,
+    Method.PAIRWISE: colors.PAIRWISE,
+    Method.REFINED: colors.REFINED,
 }
 METHODS = tuple(Method)  # worst to best: the model is made by the last one run
 
@@ -83,14 +79,14 @@ class Status(StrEnum):
 
 class _Row(NamedTuple):
     meaning: str
-    color: Color = _BAD
+    color: Color = colors.BAD
     rank: int = 0
 
 
 _STATUSES = {
-    Status.OK: _Row("the pose is right", _GOOD, 2),
+    Status.OK: _Row("the pose is right", colors.GOOD, 2),
     Status.AMBIGUOUS: _Row(
-        "several poses explain it equally well, or a motion of it changes nothing that the views show", _FREE, 1
+        "several poses explain it equally well, or a motion of it changes nothing that the views show", colors.FREE, 1
     ),
     Status.LOW_OVERLAP: _Row("too little of the surface lies on the earlier view"),
     Status.DIVERGED: _Row("the surfaces that should overlap lie apart"),

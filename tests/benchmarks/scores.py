@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitscan.processing.errors import center_error, rotation_error, rotation_error_deg
+from orbitscan.processing.pose_errors import center_error, rotation_error, rotation_error_deg
 from orbitscan.recorder import poses
 from tests.benchmarks import floor
 from tests.benchmarks.sessions import ASYMMETRIC, Case, Scan

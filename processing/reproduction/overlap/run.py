@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.errors import with_errors
 from orbitscan.processing.pipeline import process
+from orbitscan.processing.pose_errors import with_errors
 from orbitscan.processing.reproduction.registration.run import IDENTITY, IDENTITY_SETTINGS
 from orbitscan.processing.results.records import PairEstimate, SessionResult
 from orbitscan.processing.settings import Settings

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from orbitscan.processing.registration.ambiguity import as_good
 from orbitscan.processing.registration.verification import (
     Verification,
     VerificationSettings,
-    as_good,
     confidence,
     distance,
     status_of,

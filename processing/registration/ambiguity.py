@@ -1,21 +1,36 @@
-"""Motions that two views cannot determine: a bottle's turn about its axis, a plane's shift along itself."""
+"""What makes a pair ambiguous: a motion that its views cannot determine, or another pose that explains them as well.
+
+A bottle may turn about its axis and a plane shift along itself; a box looks the same from two sides.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.registration import verification
 from orbitscan.processing.registration.hypotheses import screen
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.unobservable import Motion
+from orbitscan.processing.registration.verification import Verification, VerificationSettings
 from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 
 _APART = 1.5  # radians between two alignments whose motion tells a free axis ...
 _SAME_AXIS = 0.7  # ... if that lies so near to the one looked for, as a cosine
 _NO_TURN = 1e-9  # radians for a unit of a motion: below, it is a shift
 _PURE = 0.15  # of the strongest turn: weaker ones in a mixture of free motions are taken for none
+
+
+def decide(status: Status, freedoms: Sequence[Freedom], equal: Sequence[object]) -> Status:
+    """Return `ambiguous` in place of `ok` where a motion is free or other poses are as good; else the status."""
+    return Status.AMBIGUOUS if status == Status.OK and (freedoms or equal) else status
+
+
+def as_good(found: Verification, best: Verification, settings: VerificationSettings) -> bool:
+    """Whether another pose of the same views explains them as well as the best one."""
+    as_close = found.misfit <= settings.ambiguous_misfit * best.misfit
+    return as_close and found.score >= settings.ambiguous_score * best.score
 
 
 def find_freedoms(pair: PairRegistration, T: np.ndarray, motions: Sequence[Motion]) -> tuple[Freedom, ...]:
@@ -46,7 +61,7 @@ def _try_steps(pair: PairRegistration, T: np.ndarray, steps: Sequence[np.ndarray
     for probe, end in zip(probes, ends, strict=True):
         returned = pair.distance(end, T) < settings.held * settings.probe
         found = (pair.verify(pose) for pose in ([probe] if returned else [probe, end]))
-        as_well.append(any(verification.as_good(there, here, pair.settings.judgement) for there in found))
+        as_well.append(any(as_good(there, here, pair.settings.judgement) for there in found))
     return as_well
 
 

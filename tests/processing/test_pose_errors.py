@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing import errors
+from orbitscan.processing import pose_errors
 from orbitscan.processing.pipeline import process
 from orbitscan.processing.results.records import (
     Centroid,
@@ -29,14 +29,14 @@ from tests.processing.scene import Scene, edge
 def test_no_error_against_itself_and_symmetric(seed):
     rng = np.random.default_rng(seed)
     A, B, center = random_pose(rng), random_pose(rng), rng.normal(size=3)
-    assert errors.translation_error(A, A) == 0
-    assert errors.rotation_error(A, A) < 1e-12
-    assert errors.rotation_error(A, B) == pytest.approx(errors.rotation_error(B, A))
-    assert 0 <= errors.rotation_error(A, B) <= 2 * np.sqrt(2) + 1e-12
+    assert pose_errors.translation_error(A, A) == 0
+    assert pose_errors.rotation_error(A, A) < 1e-12
+    assert pose_errors.rotation_error(A, B) == pytest.approx(pose_errors.rotation_error(B, A))
+    assert 0 <= pose_errors.rotation_error(A, B) <= 2 * np.sqrt(2) + 1e-12
     # Moving both by the same motion changes neither the angle nor where the centre comes to lie.
     M = random_pose(rng)
-    assert errors.rotation_error_deg(M @ A, M @ B) == pytest.approx(errors.rotation_error_deg(A, B), abs=1e-6)
-    assert errors.center_error(M @ A, M @ B, center) == pytest.approx(errors.center_error(A, B, center))
+    assert pose_errors.rotation_error_deg(M @ A, M @ B) == pytest.approx(pose_errors.rotation_error_deg(A, B), abs=1e-6)
+    assert pose_errors.center_error(M @ A, M @ B, center) == pytest.approx(pose_errors.center_error(A, B, center))
 
 
 @pytest.mark.parametrize("degrees", [1e-5, 0.01, 1, 20, 90, 179.9])
@@ -44,8 +44,8 @@ def test_chordal_distance_is_its_formula(degrees):
     axis = np.array([1.0, 2, -2]) / 3
     R = poses.make(Rotation.from_rotvec(np.radians(degrees) * axis).as_matrix(), np.zeros(3))
     expected = 2 * np.sqrt(2) * abs(np.sin(np.radians(degrees) / 2))
-    assert errors.rotation_error(np.eye(4), R) == pytest.approx(expected, rel=1e-6)
-    assert errors.rotation_error_deg(np.eye(4), R) == pytest.approx(degrees, rel=1e-6)
+    assert pose_errors.rotation_error(np.eye(4), R) == pytest.approx(expected, rel=1e-6)
+    assert pose_errors.rotation_error_deg(np.eye(4), R) == pytest.approx(degrees, rel=1e-6)
 
 
 def test_center_error_does_not_grow_with_the_cameras_distance():
@@ -54,8 +54,8 @@ def test_center_error_does_not_grow_with_the_cameras_distance():
         center = np.array([0, 0, distance])
         about = poses.make(np.eye(3), center)
         T = about @ turn @ poses.invert(about)
-        assert errors.translation_error(np.eye(4), T) > 0.01 * distance
-        assert errors.center_error(np.eye(4), T, center) < 1e-12
+        assert pose_errors.translation_error(np.eye(4), T) > 0.01 * distance
+        assert pose_errors.center_error(np.eye(4), T, center) < 1e-12
 
 
 @pytest.fixture(scope="module")
@@ -67,14 +67,14 @@ def stream():
 def test_errors_are_those_of_the_poses(stream):
     session, results = stream
     truth = session.truth()
-    *views, last = errors.with_errors(results, truth)
+    *views, last = pose_errors.with_errors(results, truth)
     assert all(isinstance(view, ViewResult) for view in views)
     assert isinstance(last, SessionResult)
     for method, found in last.reconstruction.items():
         for view in found.views:
             T = poses.invert(truth[0]) @ truth[view.view]
-            assert view.errors.translation_error_m == errors.translation_error(T, view.T_0_i)
-            assert view.errors.rotation_error_chordal == errors.rotation_error(T, view.T_0_i)
+            assert view.errors.translation_error_m == pose_errors.translation_error(T, view.T_0_i)
+            assert view.errors.rotation_error_chordal == pose_errors.rotation_error(T, view.T_0_i)
             if method != "refined":  # which comes when all views are known
                 in_stream = views[view.view].poses[method].errors
                 assert in_stream.rotation_error_chordal == view.errors.rotation_error_chordal
@@ -88,11 +88,11 @@ def test_errors_are_those_of_the_poses(stream):
 def test_pairs_are_compared_with_the_true_pair(stream):
     session, results = stream
     truth = session.truth()
-    *views, last = errors.with_errors(results, truth)
+    *views, last = pose_errors.with_errors(results, truth)
     for found in last.reconstruction.values():
         for pair in found.pairs:
             T = poses.invert(truth[pair.target]) @ truth[pair.source]
-            expected = errors.rotation_error_deg(T, pair.T_target_source)
+            expected = pose_errors.rotation_error_deg(T, pair.T_target_source)
             assert pair.errors.rotation_error_deg == pytest.approx(expected, abs=1e-6)
             assert pair.errors.rotation_error_deg_observable <= pair.errors.rotation_error_deg + 1e-9
     (in_stream,) = [pair.errors for name, pair in views[1].pairs.items() if name == "pairwise"]
@@ -112,7 +112,7 @@ def test_the_center_is_the_mean_of_all_points_placed_by_the_truth(stream):
             ViewEstimate(0, Status.OK, np.eye(4)),
             ViewEstimate(1, Status.OK, poses.turn_about(axis, center, np.pi) @ T_0_1),
         )
-        (found,) = errors.with_errors([replace(last, reconstruction={"icp": MethodResult(views, ())})], truth)
+        (found,) = pose_errors.with_errors([replace(last, reconstruction={"icp": MethodResult(views, ())})], truth)
         turned = found.reconstruction["icp"].views[1].errors
         assert turned.rotation_error_deg == pytest.approx(180)
         assert turned.center_error_m < 2e-6
@@ -120,7 +120,7 @@ def test_the_center_is_the_mean_of_all_points_placed_by_the_truth(stream):
 
 def test_without_truth_errors_are_null_and_nothing_else_changes(stream):
     _, results = stream
-    *_, last = errors.with_errors(results, {})
+    *_, last = pose_errors.with_errors(results, {})
     for found in last.reconstruction.values():
         assert all(view.errors.translation_error_m is None for view in found.views)
         assert found.summary["max_rotation_error_chordal"] is None
@@ -131,7 +131,7 @@ def test_without_truth_errors_are_null_and_nothing_else_changes(stream):
 def test_truth_of_some_views_gives_errors_of_those(stream):
     session, results = stream
     truth = {0: session.truth()[0], 2: session.truth()[2]}
-    *_, last = errors.with_errors(results, truth)
+    *_, last = pose_errors.with_errors(results, truth)
     known = [view.errors.rotation_error_deg is not None for view in last.reconstruction["pairwise"].views]
     assert known == [True, False, True]
 
@@ -147,7 +147,7 @@ def judge(stream):
     def errors_of(pair, truth, center):
         found = {"pairwise": MethodResult((ViewEstimate(0, Status.OK, np.eye(4)),), (pair,))}
         session = replace(stream[1][-1], origin=0, centroids={0: Centroid(1, center)}, reconstruction=found)
-        (judged,) = errors.with_errors([session], truth)
+        (judged,) = pose_errors.with_errors([session], truth)
         return judged.reconstruction["pairwise"].pairs[0].errors
 
     return errors_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.registration.symmetry import find_freedoms, turn_around
+from orbitscan.processing.registration.ambiguity import find_freedoms, turn_around
 from orbitscan.processing.registration.unobservable import SymmetrySettings, find_motions
 from orbitscan.processing.registration.verification import VerificationSettings
 from orbitscan.recorder import poses
