@@ -15,8 +15,8 @@ def view(index):
     return SimpleNamespace(surface=SimpleNamespace(view=index))
 
 
-def pair(source, target, T, status=Status.OK):
-    return PairEstimate(source, target, T, status, 1.0, Evidence())
+def pair(source, target, T, status="ok"):
+    return PairEstimate(source, target, T, Status(status), 1.0, Evidence())
 
 
 def test_poses_are_the_product_of_the_pairs():
