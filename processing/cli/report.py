@@ -10,6 +10,7 @@ from orbitscan.processing.batch.recording import Outcome
 from orbitscan.processing.results.batch_table import Row, read_row, worst_first, write_table
 from orbitscan.processing.results.confusion import count_confusion, write_csv
 from orbitscan.processing.results.confusion import tabulate as tabulate_confusion
+from orbitscan.recorder.cli.output import as_flags
 from orbitscan.recorder.console import print_table
 
 SHOWN_RECORDINGS = 12  # of a batch; the rest is in summary.csv
@@ -45,7 +46,8 @@ def report_batch(outcomes: Sequence[Outcome], results: Path, figures: bool = Fal
 def _row(outcome: Outcome) -> Row:
     if outcome.status == "done":
         return read_row(outcome.folder)
-    return Row(outcome.folder.name, outcome.status, outcome.message)
+    said = outcome.error.spelled(as_flags) if outcome.error else outcome.message
+    return Row(outcome.folder.name, outcome.status, said)
 
 
 def _write_summary(rows: Sequence[Row], results: Path) -> None:

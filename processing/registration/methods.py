@@ -16,8 +16,6 @@ from orbitscan.processing.registration.ransac import Consensus
 from orbitscan.processing.results.records import Correspondences, Evidence, PairEstimate
 from orbitscan.processing.results.status import Method, Status
 
-BELIEVED = (Status.OK, Status.AMBIGUOUS)  # a pose that geometry bears out, though not always it alone
-
 
 @dataclass(frozen=True, eq=False)
 class Matches:
@@ -75,11 +73,11 @@ def register_competing(pair: PairRegistration, matches: Matches, previous: np.nd
         starts["ransac"] = matches.consensus.T_target_source
     first = starts | _name(propose(source, target, matches.indices, settings.proposals))
     best = _compete(pair, first, matches)
-    if best.status in BELIEVED:
+    if best.status.is_believed:
         return best
     more = match(source.descriptors, target.descriptors, settings.thorough_matching)
     again = _compete(pair, _name(propose(source, target, more, settings.thorough)), matches)
-    return max(best, again, key=lambda estimate: (estimate.status in BELIEVED, estimate.confidence))
+    return max(best, again, key=lambda estimate: (estimate.status.is_believed, estimate.confidence))
 
 
 def choose_correspondences(
