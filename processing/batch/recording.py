@@ -75,25 +75,22 @@ def process_recording(path: Path, job: Job) -> Outcome:
     Nothing is raised: whatever goes wrong with a recording is its Outcome.
     """
     numba.set_num_threads(job.threads)
+    error: ScanError
     try:
         return _process(path, job)
-    except ScanError as error:
-        return Outcome.failed(path, job, error)
+    except ScanError as told:
+        error = told
     except OSError as failure:
         problem = f"cannot be written ({failure.strerror or failure})"
-        return Outcome.failed(
-            path,
-            job,
-            UnwritableOutput(job.results / path.stem, problem, Wording("make room, or choose another {place}")),
-        )
+        remedy = Wording("make room, or choose another {place}")
+        error = UnwritableOutput(job.results / path.stem, problem, remedy)
     except MemoryError:
-        return Outcome.failed(
-            path, job, ProcessingFailed(path, "there is not enough memory", Wording("use fewer {workers}"))
-        )
+        error = ProcessingFailed(path, "there is not enough memory", Wording("use fewer {workers}"))
     except Exception as failure:  # of one recording out of hundreds: the others go on
         kept = _keep_traceback(_traceback_file(path, job))
         problem = f"a fault of orbitscan stopped it ({type(failure).__name__}: {failure})".replace("\n", " ")
-        return Outcome.failed(path, job, ProcessingFailed(path, problem, f"please report it{kept}"))
+        error = ProcessingFailed(path, problem, f"please report it{kept}")
+    return Outcome.failed(path, job, error)
 
 
 def _process(path: Path, job: Job) -> Outcome:
