@@ -21,6 +21,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "timing",
     "steps",
     "errors",
+    "results.key",
     "results.folder",
     "results.batch_table",
     "results.edges",

@@ -10,17 +10,10 @@ import numba
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.processing.errors import with_errors
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.results.folder import (
-    Results,
-    changed,
-    input_sha256,
-    make_key,
-    read_key,
-    read_results,
-    write_results,
-)
+from orbitscan.processing.results.folder import Results, read_results, write_results
+from orbitscan.processing.results.key import changed, input_sha256, make_key, read_key
 from orbitscan.processing.results.records import SessionResult
-from orbitscan.processing.results.registered import FILE_NAME, place, write_registered
+from orbitscan.processing.results.registered import FILE_NAME, place, registered
 from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.foxglove import LAYOUT_NAME, write_foxglove_layout
 from orbitscan.processing.settings import Settings
@@ -145,26 +138,19 @@ def _process_session(session: Session, path: Path, folder: Path, key: dict[str, 
     truth = session.truth()
     classifier = _load_classifier(job.model) if job.model else None
     estimates = process(session.views(job.views), session.info, job.settings, job.methods, job.seed, classifier)
-    review = SessionReview(
-        folder / "review.rrd", session.info, job.methods, truth, identity=key["input_sha256"][:8], viewer=job.viewer
-    )
-    with review:
+    shown = {"identity": key["input_sha256"][:8], "viewer": job.viewer}
+    with SessionReview(folder / "review.rrd", session.info, job.methods, truth, **shown) as review:
         for result in with_errors(estimates, truth):
             if isinstance(result, SessionResult):
                 review.add_session(result)
                 write_results(folder, result, Results.of(result, key, path.name, session.damage), truth)
-                _write_registered(folder, session, result)
+                if placement := place(result):
+                    mcap_file.write(registered(session, placement), folder / FILE_NAME)
+                    write_foxglove_layout(folder / LAYOUT_NAME, placement, session.info)
             else:
                 review.add_view(result)
     if job.figures:
         _draw_figures(folder)
-
-
-def _write_registered(folder: Path, session: Session, result: SessionResult) -> None:
-    placement = place(result)
-    if placement is not None:
-        write_registered(folder / FILE_NAME, session, placement)
-        write_foxglove_layout(folder / LAYOUT_NAME, placement, session.info)
 
 
 def _draw_figures(folder: Path) -> None:
@@ -185,8 +171,7 @@ def _load_classifier(model: Path) -> "Classifier":
 def _finished(path: Path, folder: Path, message: str) -> Outcome:
     results = read_results(folder).results
     views = results.best.views if results.best else ()
-    failed = [view for view in views if view.status != Status.OK]
-    ambiguous = sum(view.status == Status.AMBIGUOUS for view in failed)
-    return Outcome(
-        path, folder, message, damage=results.input.damage, failed_views=len(failed), ambiguous_views=ambiguous
-    )
+    failed = sum(view.status != Status.OK for view in views)
+    ambiguous = sum(view.status == Status.AMBIGUOUS for view in views)
+    damage = results.input.damage
+    return Outcome(path, folder, message, damage=damage, failed_views=failed, ambiguous_views=ambiguous)

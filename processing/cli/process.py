@@ -110,9 +110,9 @@ def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings
         load_open3d("leave out --mesh")
     if step_deg is not None:
         chosen = replace(chosen, pair=replace(chosen.pair, step_deg=step_deg))
-    return (
-        replace(chosen, model=replace(chosen.model, mesh=replace(chosen.model.mesh, wanted=True))) if mesh else chosen
-    )
+    if mesh:
+        chosen = replace(chosen, model=replace(chosen.model, mesh=replace(chosen.model.mesh, wanted=True)))
+    return chosen
 
 
 def _choose_viewer(address: str) -> str:
@@ -122,10 +122,8 @@ def _choose_viewer(address: str) -> str:
     if not is_address(address):
         raise InvalidOption(setting("viewer", address), "not the address of a viewer", f"write it like {VIEWER}")
     if not is_open(address):
-        typer.echo(
-            f"--live: no viewer is open at {address}; open one with 'rerun', and the next recordings show there",
-            err=True,
-        )
+        remedy = "open one with 'rerun', and the next recordings show there"
+        typer.echo(f"--live: no viewer is open at {address}; {remedy}", err=True)
     return address
 
 

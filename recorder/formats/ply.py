@@ -25,10 +25,8 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
             raise ValueError("it does not start with 'ply'")
         order, elements = _read_header(stream)
         for name, count, fields in elements:
-            has_lists = any(kind is None for _, kind in fields)
-            layout = (
-                None if has_lists else np.dtype([(field, order + kind) for field, kind in fields if kind is not None])
-            )
+            numbers = [(field, order + kind) for field, kind in fields if kind is not None]
+            layout = np.dtype(numbers) if len(numbers) == len(fields) else None  # a list has no fixed length
             if name == "vertex":
                 if layout is None:
                     raise ValueError("its vertices hold lists")

@@ -68,8 +68,8 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
     facts = facts_of(options, conversion)
     made = []
     for item, name in zip(found, _names(path, found), strict=True):
-        labels = {"name": name, "category": item.category, "instance": item.file.stem}
-        made.append(make_session([item.file], conversion, {}, columns=options.columns, **facts, **labels))
+        facts |= {"name": name, "category": item.category, "instance": item.file.stem}
+        made.append(make_session([item.file], conversion, {}, columns=options.columns, **facts))
     return made
 
 
@@ -89,9 +89,8 @@ def record(placed: Iterable[tuple[Path, Session]]) -> Iterator[Session | Unreada
 
 def _refuse_what_folders_settle(path: Path, options: CaptureOptions) -> None:
     if not path.is_dir():
-        raise UnknownFormat(
-            path, "is a file, not a folder of categories", Wording("leave out {categories_from_folders}")
-        )
+        remedy = Wording("leave out {categories_from_folders}")
+        raise UnknownFormat(path, "is a file, not a folder of categories", remedy)
     for option in ("poses", "poses_are", "pose_axes", "pose_units"):
         if getattr(options, option) is not None:
             what = Wording("is not for {categories_from_folders}, which makes a session of each view")

@@ -50,7 +50,8 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
     truth = {} if listed is None else _assign(listed, files, conversion)
     name = options.name or (path.resolve().stem if path.is_file() else path.resolve().name)
     facts = {**facts_of(options, conversion), "name": name, "category": options.category, "instance": options.instance}
-    return [make_session(files, conversion, truth, listed and listed.stamps_ns, options.columns, **facts)]
+    stamps_ns = listed.stamps_ns if listed else None
+    return [make_session(files, conversion, truth, stamps_ns, options.columns, **facts)]
 
 
 def make_session(
