@@ -7,7 +7,6 @@ import numpy as np
 
 from orbitscan.processing.registration.unobservable import take_out
 from orbitscan.processing.results.records import (
-    Centroid,
     MethodResult,
     PairErrors,
     PairEstimate,
@@ -60,7 +59,7 @@ def _of_view(result: ViewResult, truth: Truth) -> ViewResult:
 
 
 def _of_session(result: SessionResult, truth: Truth) -> SessionResult:
-    center = _center(result.centroids, truth, result.origin)
+    center = _center(result, truth)
 
     def evaluate(method: MethodResult) -> MethodResult:
         views = tuple(_of_pose(pose, truth, result.origin, center) for pose in method.views)
@@ -94,12 +93,10 @@ def _of_pair(pair: PairEstimate, truth: Truth, origin: int | None, center: np.nd
     center_in_target, known = np.zeros(3), False
     if center is not None and T_0_target is not None:
         center_in_target, known = poses.transform(poses.invert(T_0_target), center[None])[0], True
-    degrees, metres = _turn_and_shift(pair.T_target_source @ poses.invert(T_true), center_in_target)
-    granted = [
-        _turn_and_shift(take_out(T @ poses.invert(T_true), pair.freedoms, center_in_target), center_in_target)
-        for T in (pair.T_target_source, *pair.alternatives)
-    ]
-    least_degrees, least_metres = min(granted)
+    off = [T @ poses.invert(T_true) for T in (pair.T_target_source, *pair.alternatives)]
+    degrees, metres = _turn_and_shift(off[0], center_in_target)
+    granted = (take_out(D, pair.freedoms, center_in_target) for D in off)
+    least_degrees, least_metres = min(_turn_and_shift(D, center_in_target) for D in granted)
     errors = PairErrors(degrees, metres if known else None, least_degrees, least_metres if known else None)
     return replace(pair, errors=errors)
 
@@ -116,12 +113,11 @@ def _relative(truth: Truth, target: int | None, source: int) -> np.ndarray | Non
     return poses.invert(truth[target]) @ truth[source]
 
 
-def _center(centroids: Mapping[int, Centroid], truth: Truth, origin: int | None) -> np.ndarray | None:
+def _center(result: SessionResult, truth: Truth) -> np.ndarray | None:
     """The mean in frame {0} of all points of the used views, placed by the truth; (3,) metres."""
     total, count = np.zeros(3), 0
-    for view, centroid in centroids.items():
-        T_0_i = _relative(truth, origin, view)
-        if T_0_i is not None:
+    for view, centroid in result.centroids.items():
+        if (T_0_i := _relative(truth, result.origin, view)) is not None:
             total += centroid.points * poses.transform(T_0_i, centroid.mean[None])[0]
             count += centroid.points
     return total / count if count else None

@@ -49,9 +49,8 @@ def read_settings(path: Path, kind: type[Kind]) -> Kind:
     except OSError as error:
         raise InvalidOption(path, f"cannot be read ({error.strerror})", "name a TOML file") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InvalidOption(
-            path, f"is no TOML ({error})", "write lines such as '[ransac]' and 'tolerance = 3.0'"
-        ) from None
+        remedy = "write lines such as '[ransac]' and 'tolerance = 3.0'"
+        raise InvalidOption(path, f"is no TOML ({error})", remedy) from None
     if unknown := _unknown_keys(table, kind(), ""):
         key, known = unknown
         raise InvalidOption(path, f"there is no setting '{key}'", f"the settings there are {', '.join(known)}")

@@ -81,9 +81,8 @@ def judge(session: Session) -> Judgement | None:
 
 def _readings(given: Conversion) -> list[Conversion]:
     """Every way to read the poses; the clouds' units may be wrong instead of the poses'."""
-    units = [(given.units, unit) for unit in METRES] + [
-        (unit, given.pose_units) for unit in METRES if unit != given.units
-    ]
+    units = [(given.units, unit) for unit in METRES]
+    units += [(unit, given.pose_units) for unit in METRES if unit != given.units]
     return [
         replace(given, units=unit, pose_units=pose_unit, pose_axes=axes, poses_are=direction)
         for direction, axes, (unit, pose_unit) in product(DIRECTIONS, right_handed_axes(), units)
@@ -144,9 +143,8 @@ class _Scene:
         self.clouds = clouds
         self.trees = {i: cKDTree(points) for i, points in clouds.items()}
         facts = [cloud.measure(points) for points in list(clouds.values())[:MEASURED]]
-        self.resolution = float(np.median([fact.resolution for fact in facts]))
-        self.noise = float(np.median([fact.noise for fact in facts]))
-        self.diameter = float(np.median([fact.diameter for fact in facts]))
+        sizes = [(fact.resolution, fact.noise, fact.diameter) for fact in facts]
+        self.resolution, self.noise, self.diameter = np.median(sizes, axis=0).tolist()
 
     def residual(self, reading: Conversion, pairs: Sequence[_Pair]) -> tuple[float, float]:
         """The residual, over the share of the points that two views should both see and over the nearest half."""

@@ -24,12 +24,14 @@ USUAL_AXES = ("RDF", "RUB", "RFU", "FLU")  # cameras, graphics, the Washington d
 FORWARD = 0.7  # cosine to the camera's axis, from which on a direction is in front of it
 SAMPLE = 4000  # points of a view looked at
 
+Severity = Literal["problem", "warning", "info"]
+
 
 @dataclass(frozen=True)
 class Finding:
     """Something about a session that its user should know."""
 
-    severity: Literal["problem", "warning", "info"]  # a problem spoils the processing
+    severity: Severity  # a problem spoils the processing
     what: str
     remedy: str = ""
 
@@ -93,10 +95,8 @@ def check_poses(session: Session, axes: str | None = None) -> list[Finding]:
     findings = []
     if known < session.info.views:
         findings.append(Finding("info", f"true poses of {known} of {session.info.views} views"))
-    if judgement is None:
-        what = "the poses cannot be tested: no two views with points are near enough to overlap"
-        return [*findings, Finding("info", what)]
-    return [*findings, _pose_finding(judgement, session.info, axes)]
+    untested = Finding("info", "the poses cannot be tested: no two views with points are near enough to overlap")
+    return [*findings, _pose_finding(judgement, session.info, axes) if judgement else untested]
 
 
 def _look(view: View) -> _Sight:
@@ -127,7 +127,7 @@ def _look(view: View) -> _Sight:
 def _check_views(sights: Sequence[_Sight]) -> list[Finding]:
     findings = []
 
-    def find(severity: Literal["problem", "warning", "info"], chosen: list[_Sight], what: str, remedy: str) -> None:
+    def find(severity: Severity, chosen: list[_Sight], what: str, remedy: str) -> None:
         if chosen:
             findings.append(Finding(severity, f"{name_views([sight.index for sight in chosen])}: {what}", remedy))
 
@@ -143,10 +143,9 @@ def _check_views(sights: Sequence[_Sight]) -> list[Finding]:
     find("problem", [s for s in whole if s.shape == "plane"], flat, "scan the object from where it shows relief")
     same: dict[bytes, list[_Sight]] = defaultdict(list)
     for sight in whole:
-        if sight.points:
-            same[sight.digest].append(sight)
+        same[sight.digest].append(sight)
     for twins in same.values():
-        if len(twins) > 1:
+        if len(twins) > 1 and twins[0].points:
             find("problem", twins, "identical clouds", "keep one of them")
     if len(sights) == 1:
         findings.append(Finding("warning", "one view only: there is nothing to register it with"))
@@ -205,12 +204,10 @@ def _pose_finding(judgement: Judgement, info: SessionInfo, axes: str | None) -> 
         return Finding("info", f"poses align the views to {length(judgement.residual)}")
     what = f"poses align the views only to {length(judgement.residual)}"
     if judgement.apart:
-        return Finding(
-            "problem", f"{what}, and no other reading of them does better", "check that they belong to these clouds"
-        )
-    return Finding(
-        "warning", f"{what}, more than the clouds' resolution and noise explain", "errors mean no more than that"
-    )
+        what += ", and no other reading of them does better"
+        return Finding("problem", what, "check that they belong to these clouds")
+    what += ", more than the clouds' resolution and noise explain"
+    return Finding("warning", what, "errors mean no more than that")
 
 
 def _advise(first: Values, equal: Sequence[Values]) -> Wording:

@@ -42,10 +42,8 @@ class Conversion:
 
     def points(self, points: np.ndarray) -> np.ndarray:
         """The source's points (N, 3) in the view's frame [m]; float32."""
-        factor = METRES[self.units] * self.scale
-        return poses.transform(poses.make(factor * poses.axes_to_rdf(self.axes), np.zeros(3)), points).astype(
-            np.float32
-        )
+        turned_and_scaled = METRES[self.units] * self.scale * poses.axes_to_rdf(self.axes)
+        return poses.transform(poses.make(turned_and_scaled, np.zeros(3)), points).astype(np.float32)
 
     def origin(self, position: tuple[float, float, float]) -> tuple[float, float, float]:
         """A position given in the points' frame and units, in the view's frame [m]."""

@@ -1,12 +1,10 @@
 """What a recording holds: its views, poses, sizes, resolution and noise."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from orbitscan.recorder import cloud
-from orbitscan.recorder.cloud import CloudFacts
 from orbitscan.recorder.exceptions import InvalidPose
 from orbitscan.recorder.session import DEFAULT_VIEWS, Session, SessionInfo, name_views, select_views
 
@@ -44,24 +42,19 @@ def gather_facts(session: Session) -> Facts:
         known, problem = len(session.truth()), ""
     except InvalidPose as error:
         known, problem = None, error.problem
-
-    def median(of: Callable[[CloudFacts], float]) -> float:
-        return float(np.median([of(fact) for fact in measured])) if measured else float("nan")
-
+    sizes = [(*fact.extent, fact.distance, fact.resolution, fact.noise) for fact in measured]
+    medians = np.median(sizes, axis=0) if sizes else np.full(6, np.nan)
+    width, height, depth, distance, resolution, noise = medians.tolist()
     return Facts(
         info=session.info,
         names=session.names,
         poses=known,
         unreadable_poses=problem,
         points=(min(points), int(np.median(points)), max(points)),
-        extent=(
-            median(lambda fact: fact.extent[0]),
-            median(lambda fact: fact.extent[1]),
-            median(lambda fact: fact.extent[2]),
-        ),
-        distance=median(lambda fact: fact.distance),
-        resolution=median(lambda fact: fact.resolution),
-        noise=median(lambda fact: fact.noise),
+        extent=(width, height, depth),
+        distance=distance,
+        resolution=resolution,
+        noise=noise,
         used=select_views(str(DEFAULT_VIEWS), session.names),
         damage="; ".join([session.damage, *lost] if session.damage else lost) or None,
     )

@@ -102,9 +102,8 @@ def from_quaternion(translation: np.ndarray, quaternion: np.ndarray, subject: st
     quaternion = np.asarray(quaternion, dtype=np.float64)
     norm = float(np.linalg.norm(quaternion))
     if not np.isfinite(norm) or abs(norm - 1) > 1e-2:
-        raise InvalidPose(
-            subject, f"a quaternion has the length {norm:.3g}, not 1", "give x y z w of a unit quaternion"
-        )
+        problem = f"a quaternion has the length {norm:.3g}, not 1"
+        raise InvalidPose(subject, problem, "give x y z w of a unit quaternion")
     return check(make(Rotation.from_quat(quaternion / norm).as_matrix(), translation), subject)
 
 
@@ -122,18 +121,16 @@ def to_tum_line(stamp_ns: int, T: np.ndarray) -> str:
 
 def from_tum_line(line: str, subject: str) -> tuple[int, np.ndarray]:
     """(stamp_ns, T) of a TUM line; raises InvalidPose."""
-    words = line.split()
+    words, remedy = line.split(), "write stamp x y z qx qy qz qw"
     if len(words) != 8:
-        raise InvalidPose(subject, f"a TUM line has {len(words)} numbers, not 8", "write stamp x y z qx qy qz qw")
+        raise InvalidPose(subject, f"a TUM line has {len(words)} numbers, not 8", remedy)
     try:
         whole, _, fraction = words[0].partition(".")
         exact = whole.isdigit() and (fraction.isdigit() or not fraction)
         stamp_ns = int(whole) * 10**9 + int(fraction[:9].ljust(9, "0")) if exact else round(float(words[0]) * 1e9)
         numbers = [float(word) for word in words[1:]]
     except (ValueError, OverflowError):
-        raise InvalidPose(
-            subject, f"a TUM line holds no numbers ('{line[:40]}')", "write stamp x y z qx qy qz qw"
-        ) from None
+        raise InvalidPose(subject, f"a TUM line holds no numbers ('{line[:40]}')", remedy) from None
     return stamp_ns, from_quaternion(np.array(numbers[:3]), np.array(numbers[3:]), subject)
 
 

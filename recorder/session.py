@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from itertools import groupby
 from typing import Literal
 
 import numpy as np
@@ -107,12 +108,8 @@ def in_memory(info: SessionInfo, views: Sequence[View], truth: Mapping[int, np.n
 
 def name_views(indices: Sequence[int], most: int = 8) -> str:
     """Indices in words, ascending ones together: `view 3`, `views 0-4, 7`; of more than `most` parts the number."""
-    runs: list[list[int]] = []
-    for index in indices:
-        if runs and index == runs[-1][-1] + 1:
-            runs[-1].append(index)
-        else:
-            runs.append([index])
+    ascending = groupby(enumerate(indices), key=lambda pair: pair[1] - pair[0])
+    runs = [[index for _, index in run] for _, run in ascending]
     words = [f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs]
     shown = ", ".join(words[:most]) + (f" and {len(words) - most} more" if len(words) > most else "")
     return f"view{'s' if len(indices) > 1 else ''} {shown}"

@@ -22,6 +22,7 @@ ORDER = [  # of processing; a module imports only what stands above it
     "timing",
     "steps",
     "pose_errors",
+    "results.key",
     "results.folder",
     "results.batch_table",
     "results.edges",

@@ -1,8 +1,7 @@
 """What the commands take for recordings: files, folders and patterns, and nothing that lies in results."""
 
 import glob
-from collections.abc import Sequence
-from itertools import filterfalse
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableRecording
@@ -25,24 +24,21 @@ def find_recordings(inputs: Sequence[Path]) -> list[Path]:
 
 def find_unfinished(inputs: Sequence[Path]) -> list[Path]:
     """The recordings in folders that `orbitscan convert` or `simulate` has not finished, or was stopped at."""
-    found = [path for folder in inputs if folder.is_dir() for path in sorted(folder.rglob("*.mcap.part"))]
-    return list(filterfalse(_lies_in_results, found))
+    return [path for folder in inputs if folder.is_dir() for path in _outside_results(folder.rglob("*.mcap.part"))]
 
 
 def _expand(name: Path) -> list[Path]:
     if name.is_dir():
-        inside = list(filterfalse(_lies_in_results, sorted(name.rglob("*.mcap"))))
-        if not inside:
-            raise UnreadableRecording(name, "the folder holds no recording (*.mcap)", "name one that does")
-        return inside
+        if inside := _outside_results(name.rglob("*.mcap")):
+            return inside
+        raise UnreadableRecording(name, "the folder holds no recording (*.mcap)", "name one that does")
     if name.exists() or not glob.has_magic(str(name)):
         return [name]
-    fitting = list(filterfalse(_lies_in_results, sorted(map(Path, glob.glob(str(name), recursive=True)))))
-    if not fitting:
-        raise UnreadableRecording(name, "no recording fits the pattern", "name recordings (*.mcap)")
-    return fitting
+    if fitting := _outside_results(map(Path, glob.glob(str(name), recursive=True))):
+        return fitting
+    raise UnreadableRecording(name, "no recording fits the pattern", "name recordings (*.mcap)")
 
 
-def _lies_in_results(path: Path) -> bool:
-    """Whether a recording is part of results, which may be unfinished."""
-    return (path.parent / "results.json").exists() or path.parent.suffix == ".part"
+def _outside_results(paths: Iterable[Path]) -> list[Path]:
+    """Recordings in order, but for those that are part of results, which may be unfinished."""
+    return sorted(p for p in paths if p.parent.suffix != ".part" and not (p.parent / "results.json").exists())

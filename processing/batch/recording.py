@@ -10,17 +10,10 @@ import numba
 from orbitscan.processing.classification import PACKAGED
 from orbitscan.processing.pipeline import process
 from orbitscan.processing.pose_errors import with_errors
-from orbitscan.processing.results.folder import (
-    Results,
-    changed,
-    input_sha256,
-    make_key,
-    read_key,
-    read_results,
-    write_results,
-)
+from orbitscan.processing.results.folder import Results, read_results, write_results
+from orbitscan.processing.results.key import changed, input_sha256, make_key, read_key
 from orbitscan.processing.results.records import SessionResult
-from orbitscan.processing.results.registered import FILE_NAME, place, write_registered
+from orbitscan.processing.results.registered import FILE_NAME, place, registered
 from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.foxglove import LAYOUT_NAME, write_foxglove_layout
 from orbitscan.processing.settings import Settings
@@ -75,25 +68,22 @@ def process_recording(path: Path, job: Job) -> Outcome:
     Nothing is raised: whatever goes wrong with a recording is its Outcome.
     """
     numba.set_num_threads(job.threads)
+    error: ScanError
     try:
         return _process(path, job)
-    except ScanError as error:
-        return Outcome.failed(path, job, error)
+    except ScanError as told:
+        error = told
     except OSError as failure:
         problem = f"cannot be written ({failure.strerror or failure})"
-        return Outcome.failed(
-            path,
-            job,
-            UnwritableOutput(job.results / path.stem, problem, Wording("make room, or choose another {place}")),
-        )
+        remedy = Wording("make room, or choose another {place}")
+        error = UnwritableOutput(job.results / path.stem, problem, remedy)
     except MemoryError:
-        return Outcome.failed(
-            path, job, ProcessingFailed(path, "there is not enough memory", Wording("use fewer {workers}"))
-        )
+        error = ProcessingFailed(path, "there is not enough memory", Wording("use fewer {workers}"))
     except Exception as failure:  # of one recording out of hundreds: the others go on
         kept = _keep_traceback(_traceback_file(path, job))
         problem = f"a fault of orbitscan stopped it ({type(failure).__name__}: {failure})".replace("\n", " ")
-        return Outcome.failed(path, job, ProcessingFailed(path, problem, f"please report it{kept}"))
+        error = ProcessingFailed(path, problem, f"please report it{kept}")
+    return Outcome.failed(path, job, error)
 
 
 def _process(path: Path, job: Job) -> Outcome:
@@ -148,26 +138,19 @@ def _process_session(session: Session, path: Path, folder: Path, key: dict[str, 
     truth = session.truth()
     classifier = _load_classifier(job.model) if job.model else None
     estimates = process(session.views(job.views), session.info, job.settings, job.methods, job.seed, classifier)
-    review = SessionReview(
-        folder / "review.rrd", session.info, job.methods, truth, identity=key["input_sha256"][:8], viewer=job.viewer
-    )
-    with review:
+    shown = {"identity": key["input_sha256"][:8], "viewer": job.viewer}
+    with SessionReview(folder / "review.rrd", session.info, job.methods, truth, **shown) as review:
         for result in with_errors(estimates, truth):
             if isinstance(result, SessionResult):
                 review.add_session(result)
                 write_results(folder, result, Results.of(result, key, path.name, session.damage), truth)
-                _write_registered(folder, session, result)
+                if placement := place(result):
+                    mcap_file.write(registered(session, placement), folder / FILE_NAME)
+                    write_foxglove_layout(folder / LAYOUT_NAME, placement, session.info)
             else:
                 review.add_view(result)
     if job.figures:
         _draw_figures(folder)
-
-
-def _write_registered(folder: Path, session: Session, result: SessionResult) -> None:
-    placement = place(result)
-    if placement is not None:
-        write_registered(folder / FILE_NAME, session, placement)
-        write_foxglove_layout(folder / LAYOUT_NAME, placement, session.info)
 
 
 def _draw_figures(folder: Path) -> None:
@@ -188,8 +171,7 @@ def _load_classifier(model: Path) -> "Classifier":
 def _finished(path: Path, folder: Path, message: str) -> Outcome:
     results = read_results(folder).results
     views = results.best.views if results.best else ()
-    failed = [view for view in views if view.status != Status.OK]
-    ambiguous = sum(view.status == Status.AMBIGUOUS for view in failed)
-    return Outcome(
-        path, folder, message, damage=results.input.damage, failed_views=len(failed), ambiguous_views=ambiguous
-    )
+    failed = sum(view.status != Status.OK for view in views)
+    ambiguous = sum(view.status == Status.AMBIGUOUS for view in views)
+    damage = results.input.damage
+    return Outcome(path, folder, message, damage=damage, failed_views=failed, ambiguous_views=ambiguous)

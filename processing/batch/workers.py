@@ -10,7 +10,8 @@ import filelock
 import numba
 
 from orbitscan.processing.batch.recording import Job, Outcome, process_recording
-from orbitscan.recorder.exceptions import InvalidOption, ProcessingFailed, UnwritableOutput, Wording, setting
+from orbitscan.recorder.atomic import unwritable
+from orbitscan.recorder.exceptions import InvalidOption, ProcessingFailed, Wording, setting
 from orbitscan.recorder.workers import as_ready
 
 LIFETIME = 24  # recordings of a worker: rerun keeps some megabytes of each, which only the process's end frees
@@ -72,15 +73,10 @@ def _only_writer(results: Path) -> Iterator[None]:
         results.mkdir(parents=True, exist_ok=True)
         lock.acquire(timeout=0)
     except filelock.Timeout:
-        raise InvalidOption(
-            setting("results", results),
-            "another orbitscan is writing there",
-            Wording("wait for it, or choose another {place}"),
-        ) from None
+        remedy = Wording("wait for it, or choose another {place}")
+        raise InvalidOption(setting("results", results), "another orbitscan is writing there", remedy) from None
     except OSError as error:
-        raise UnwritableOutput(
-            results, f"cannot be written ({error.strerror})", Wording("choose another {place}")
-        ) from None
+        raise unwritable(results, error) from None
     try:
         yield
     finally:

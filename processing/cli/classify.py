@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from orbitscan.processing.classification import PACKAGED
-from orbitscan.recorder.cli.convert import parse_columns
+from orbitscan.recorder.cli.convert import Unit, parse_columns
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud, setting
 
 if TYPE_CHECKING:
     from orbitscan.processing.results.records import SessionClassification, ViewClassification
     from orbitscan.recorder.session import Session
-
-Unit = Literal["m", "cm", "mm"]
 
 
 def classify(

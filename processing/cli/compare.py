@@ -57,33 +57,24 @@ def compare(
 
 def _print_changes(found: Comparison) -> None:
     """What else differs, the sessions of a batch, and the views that changed, worst first."""
-    from orbitscan.processing.review.comparison.words import (
-        BRIEF_HEADER,
-        METHOD_HEADER,
-        SESSION_HEADER,
-        brief_rows,
-        list_notes,
-        method_rows,
-        session_rows,
-    )
+    from orbitscan.processing.review.comparison import words
 
-    for note in list_notes(found.sessions):
+    for note in words.list_notes(found.sessions):
         typer.echo(f"- {note}")
     batch = len(found.sessions) > 1
     if batch:
         changed = [session for session in found.sessions if session.verdict != "same"]
-        _print_table(
-            "Sessions that changed, A → B by the best method", SESSION_HEADER, session_rows(changed), len(changed)
-        )
+        title = "Sessions that changed, A → B by the best method"
+        _print_table(title, words.SESSION_HEADER, words.session_rows(changed), len(changed))
     elif not found.sessions[0].identical:
-        rows = method_rows(found.sessions[0])
-        _print_table("Methods, A → B", METHOD_HEADER, rows, len(rows))
-    header = ("session", *BRIEF_HEADER) if batch else BRIEF_HEADER
+        rows = words.method_rows(found.sessions[0])
+        _print_table("Methods, A → B", words.METHOD_HEADER, rows, len(rows))
+    header = ("session", *words.BRIEF_HEADER) if batch else words.BRIEF_HEADER
     most = SHOWN_OF_EACH if batch else SHOWN_ROWS
     rows = [
         (session.name, *row) if batch else row
         for session in found.sessions
-        for row in brief_rows(session.changed_views[:most])
+        for row in words.brief_rows(session.changed_views[:most])
     ]
     total = sum(len(session.changed_views) for session in found.sessions)
     _print_table("Views that changed, worst first, A → B", header, rows, total)

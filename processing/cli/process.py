@@ -11,7 +11,7 @@ from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption, setting
 
 if TYPE_CHECKING:
-    from orbitscan.processing.batch.recording import Job, Outcome
+    from orbitscan.processing.results.status import Method
     from orbitscan.processing.settings import Settings
 
 VIEWER = "rerun+http://127.0.0.1:9876/proxy"  # where `rerun` listens
@@ -57,13 +57,22 @@ def process(
     """
     from orbitscan.processing.batch.compilation import ensure_compiled
     from orbitscan.processing.batch.inputs import find_recordings, find_unfinished
-    from orbitscan.processing.batch.workers import process_all
+    from orbitscan.processing.batch.recording import Job
+    from orbitscan.processing.batch.workers import process_all, threads_per_worker
     from orbitscan.processing.cli.report import report_batch
+    from orbitscan.processing.results.status import METHODS
+    from orbitscan.processing.settings import THESIS_METHODS
 
     found = find_recordings(recordings)
     steps = _choose_settings(settings, step_deg, mesh)
-    job = replace(
-        _make_job(results, views, methods, settings == "thesis", steps, seed, overwrite, min(workers, len(found))),
+    job = Job(
+        results,
+        views,
+        _choose_methods(methods, THESIS_METHODS if settings == "thesis" else METHODS),
+        steps,
+        seed,
+        overwrite,
+        threads_per_worker(min(workers, len(found))),
         model=_choose_model(model),
         skip_unfinished=len(found) > 1,
         figures=figures,
@@ -85,7 +94,8 @@ def process(
     done = [outcome for outcome in outcomes if outcome.status == "done"]
     if done:
         typer.echo(f"Look at it: orbitscan view {done[0].folder if len(outcomes) == 1 else results}")
-    raise typer.Exit(_exit_status(outcomes, strict))
+    spoiled = any(outcome.error or outcome.damage or (strict and outcome.failed_views) for outcome in outcomes)
+    raise typer.Exit(int(spoiled))
 
 
 def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings":
@@ -100,9 +110,9 @@ def _choose_settings(name: str, step_deg: float | None, mesh: bool) -> "Settings
         load_open3d("leave out --mesh")
     if step_deg is not None:
         chosen = replace(chosen, pair=replace(chosen.pair, step_deg=step_deg))
-    return (
-        replace(chosen, model=replace(chosen.model, mesh=replace(chosen.model.mesh, wanted=True))) if mesh else chosen
-    )
+    if mesh:
+        chosen = replace(chosen, model=replace(chosen.model, mesh=replace(chosen.model.mesh, wanted=True)))
+    return chosen
 
 
 def _choose_viewer(address: str) -> str:
@@ -112,10 +122,8 @@ def _choose_viewer(address: str) -> str:
     if not is_address(address):
         raise InvalidOption(setting("viewer", address), "not the address of a viewer", f"write it like {VIEWER}")
     if not is_open(address):
-        typer.echo(
-            f"--live: no viewer is open at {address}; open one with 'rerun', and the next recordings show there",
-            err=True,
-        )
+        remedy = "open one with 'rerun', and the next recordings show there"
+        typer.echo(f"--live: no viewer is open at {address}; {remedy}", err=True)
     return address
 
 
@@ -131,36 +139,11 @@ def _choose_model(name: str) -> Path | None:
     return path
 
 
-def _make_job(
-    results: Path,
-    views: str,
-    methods: str,
-    thesis: bool,
-    settings: "Settings",
-    seed: int,
-    overwrite: bool,
-    workers: int,
-) -> "Job":
-    from orbitscan.processing.batch.recording import Job
-    from orbitscan.processing.batch.workers import threads_per_worker
+def _choose_methods(names: str, default: tuple[str, ...]) -> "tuple[Method, ...]":
+    """The methods of a list with commas, worst to best; the default ones where it names none."""
     from orbitscan.processing.results.status import METHODS
-    from orbitscan.processing.settings import THESIS_METHODS
 
-    asked = [method.strip().replace("-", "_") for method in methods.split(",") if method.strip()]
+    asked = [method.strip().replace("-", "_") for method in names.split(",") if method.strip()]
     if unknown := [method for method in asked if method not in METHODS]:
         raise InvalidOption(setting("methods", unknown[0]), "no such method", f"choose of {', '.join(METHODS)}")
-    default = THESIS_METHODS if thesis else METHODS
-    return Job(
-        results,
-        views,
-        tuple(method for method in METHODS if method in (asked or default)),
-        settings,
-        seed,
-        overwrite,
-        threads_per_worker(workers),
-    )
-
-
-def _exit_status(outcomes: list["Outcome"], strict: bool) -> int:
-    spoiled = any(outcome.error or outcome.damage or (strict and outcome.failed_views) for outcome in outcomes)
-    return 1 if spoiled else 0
+    return tuple(method for method in METHODS if method in (asked or default))

@@ -91,7 +91,7 @@ def reproduce(
 
         page, recording = write_index(plan)
         typer.echo(f"Look at it all: {page}, and orbitscan view {recording}")
-    raise typer.Exit(1 if failed else 0)
+    raise typer.Exit(int(failed))
 
 
 def _print_report(report: Report) -> None:

@@ -131,12 +131,8 @@ def _choose_settings(
     from orbitscan.processing.classification.training import THESIS, TrainingSettings
     from orbitscan.processing.settings import read_settings
 
-    if name == "thesis":
-        chosen = THESIS
-    elif name:
-        chosen = read_settings(Path(name), TrainingSettings)
-    else:
-        chosen = TrainingSettings()
+    presets = {"": TrainingSettings(), "thesis": THESIS}
+    chosen = presets.get(name) or read_settings(Path(name), TrainingSettings)
     said: dict[str, Any] = {"structure": structure, "init": init, "orientation": orientation, "epochs": epochs}
     chosen = replace(chosen, **{key: value for key, value in said.items() if value})
     if chosen.orientation:  # a turned view shows another side

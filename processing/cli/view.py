@@ -94,9 +94,8 @@ def _save_picture(recording: Path, picture: Path, size: str, at: int | None) -> 
 
     sides = size.split("x")
     if len(sides) != 2 or not all(side.isdigit() and 200 <= int(side) <= 8000 for side in sides):
-        raise InvalidOption(
-            setting("size", size), "not the size of a picture", "give pixels from 200 to 8000, such as 1920x1080"
-        )
+        remedy = "give pixels from 200 to 8000, such as 1920x1080"
+        raise InvalidOption(setting("size", size), "not the size of a picture", remedy)
     reports = take_picture(recording, picture, size, at)
     where = "as it opens" if at is None else f"at view {at}"
     typer.echo(f"{picture}: {recording} {where}; " + ("no view complains." if not reports else "views complain:"))

@@ -1,7 +1,6 @@
 """A results folder: results.json, timings.json, errors.csv, TUM trajectories and model.ply, written and read back."""
 
 import csv
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -17,6 +16,7 @@ from orbitscan.processing.results.records import (
     ERROR_NAMES,
     Coverage,
     MethodResult,
+    Model,
     SessionClassification,
     SessionResult,
     Turntable,
@@ -63,13 +63,19 @@ class ModelFacts:
     removed_outliers: int
     mesh_triangles: int | None
 
+    @classmethod
+    def of(cls, model: Model) -> Self:
+        """The numbers of a model."""
+        triangles = None if model.mesh is None else len(model.mesh.triangles)
+        return cls(model.method, len(model.points), len(model.removed), triangles)
+
 
 @dataclass(frozen=True, eq=False)
 class Results:
     """The content of results.json: the same bytes from run to run."""
 
     format_version: int
-    key: dict[str, Any]  # see `make_key`
+    key: dict[str, Any]  # see `key.make_key`
     session: SessionFacts
     input: InputFacts
     settings: dict[str, Any]
@@ -84,13 +90,12 @@ class Results:
     @classmethod
     def of(cls, result: SessionResult, key: Mapping[str, Any], input_name: str, damage: str | None) -> Self:
         """The content for a session's result, its recording's file name and what is damaged in it."""
-        info, model = result.info, result.model
+        info, used, model = result.info, result.views_used, result.model
+        session = SessionFacts(info.name, info.category, info.instance, info.views, used, result.view_names)
         return cls(
             format_version=FORMAT_VERSION,
             key=dict(key),
-            session=SessionFacts(
-                info.name, info.category, info.instance, info.views, result.views_used, result.view_names
-            ),
+            session=session,
             input=InputFacts(input_name, key["input_sha256"], describe_damage(damage, result.unreadable)),
             settings=dict(result.settings),
             versions={name: version(name) for name in ("orbitscan", *_LIBRARIES)},
@@ -99,14 +104,7 @@ class Results:
             reconstruction=dict(result.reconstruction),
             turntable=result.turntable,
             coverage=result.coverage,
-            model=None
-            if model is None
-            else ModelFacts(
-                model.method,
-                len(model.points),
-                len(model.removed),
-                None if model.mesh is None else len(model.mesh.triangles),
-            ),
+            model=ModelFacts.of(model) if model else None,
         )
 
     @property
@@ -188,43 +186,6 @@ def _no_results(folder: Path, error: Exception) -> UnreadableRecording:
         first = error.errors()[0]
         reason = f"results.json: {'.'.join(map(str, first['loc']))}: {first['msg'].lower()}"
     return UnreadableRecording(folder, f"holds no whole results ({reason})", MAKE_AGAIN)
-
-
-def input_sha256(path: Path) -> str:
-    """The SHA-256 of a file, hexadecimal."""
-    with Path(path).open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def make_key(
-    sha256: str, model: str | None, views: str, methods: tuple[str, ...], settings: Mapping[str, Any], seed: int
-) -> dict[str, Any]:
-    """What results depend on: a complete folder with the same key need not be made again."""
-    key = {
-        "orbitscan": version("orbitscan"),
-        "input_sha256": sha256,
-        "model_sha256": model,
-        "views": views,
-        "methods": list(methods),
-        "settings": settings,
-        "seed": seed,
-    }
-    return json.loads(json.dumps(key))  # as it is read back: a tuple is a list there
-
-
-def read_key(folder: Path) -> dict[str, Any] | None:
-    """The key of a complete results folder, of an earlier version too; None where there is none."""
-    try:
-        return dict(json.loads((folder / "results.json").read_text(encoding="utf-8"))["key"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-
-
-def changed(known: Mapping[str, Any] | None, key: Mapping[str, Any]) -> str | None:
-    """Which parts of the key differ from a folder's, in words; None where none does."""
-    if known is None:
-        return None
-    return ", ".join(name.replace("_", " ") for name in key if known.get(name) != key[name]) or None
 
 
 def write_results(folder: Path, result: SessionResult, results: Results, truth: Mapping[int, np.ndarray]) -> None:

@@ -242,9 +242,8 @@ class ViewRecord:
         """The record of a result."""
         points = result.points
         centroid = Centroid(len(points), points.mean(axis=0, dtype=np.float64)) if len(points) else None
-        return cls(
-            result.view, result.name, result.stamp_ns, centroid, result.damage, result.seconds, result.classification
-        )
+        damage, classification = result.damage, result.classification
+        return cls(result.view, result.name, result.stamp_ns, centroid, damage, result.seconds, classification)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,14 +259,9 @@ class MethodResult:
     @classmethod
     def of(cls, views: Sequence[ViewEstimate], pairs: Sequence[PairEstimate], origin: int | None, **rest: Any) -> Self:
         """The result of views and pairs, each view with the pair that speaks for it, and its summary."""
-        speaking = speaking_pairs(pairs)
-        named = (
-            replace(view, pair=(speaking[view.view].source, speaking[view.view].target))
-            if view.view in speaking
-            else view
-            for view in views
-        )
-        return cls(tuple(named), tuple(pairs), summary=summarize(views, origin), **rest)
+        speaking = {view: (pair.source, pair.target) for view, pair in speaking_pairs(pairs).items()}
+        named = tuple(replace(view, pair=speaking.get(view.view, view.pair)) for view in views)
+        return cls(named, tuple(pairs), summary=summarize(views, origin), **rest)
 
     @property
     def failed_views(self) -> int:

@@ -7,13 +7,12 @@ away from the first view's sensor, the origin amid the model. As T_0_0 is the id
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from orbitscan.processing.results.records import SessionResult, Turntable
 from orbitscan.processing.results.status import Method
-from orbitscan.recorder import mcap_file, poses
+from orbitscan.recorder import poses
 from orbitscan.recorder.session import ESTIMATED, Session, SessionInfo, View
 
 FILE_NAME = "registered.mcap"
@@ -88,11 +87,6 @@ def registered(session: Session, placement: Placement) -> Session:
         load=load,
         load_truth=lambda: dict(enumerate(placement.T_object_i.values())),
     )
-
-
-def write_registered(path: Path, session: Session, placement: Placement) -> None:
-    """Write the placed views of a session as a recording, whole or not at all. Raises UnwritableOutput."""
-    mcap_file.write(registered(session, placement), path)
 
 
 def _describe(info: SessionInfo, placement: Placement, recorded: Sequence[int]) -> SessionInfo:

@@ -2,9 +2,9 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from enum import StrEnum
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -16,27 +16,9 @@ if TYPE_CHECKING:
     from orbitscan.recorder.session import Session
 
 
-class Format(StrEnum):
-    """The formats that a capture can have."""
-
-    CLOUDS = "clouds"
-    STANFORD = "stanford"
-    WASHINGTON = "washington"
-
-
-class Direction(StrEnum):
-    """From where to where a pose maps."""
-
-    CAMERA_TO_OBJECT = "camera-to-object"
-    OBJECT_TO_CAMERA = "object-to-camera"
-
-
-class Unit(StrEnum):
-    """The units of length that are known."""
-
-    METRE = "m"
-    CENTIMETRE = "cm"
-    MILLIMETRE = "mm"
+Format = Literal["clouds", "stanford", "washington"]
+Direction = Literal["camera-to-object", "object-to-camera"]
+Unit = Literal["m", "cm", "mm"]
 
 
 def convert(
@@ -89,28 +71,15 @@ def convert(
       orbitscan convert rgbd-dataset/ -o recordings/
       orbitscan convert lidar/ -o recordings/ --categories-from-folders --axes LUF --scale 0.2
     """
+    said: dict[str, Any] = dict(locals())  # the options by their names, most of them those of CaptureOptions
     from orbitscan.recorder import mcap_file
     from orbitscan.recorder.check import check as find
     from orbitscan.recorder.conversion import CaptureOptions
     from orbitscan.recorder.sources import open_capture
 
-    options = CaptureOptions(
-        format=format,
-        poses=poses,
-        poses_are=poses_are,
-        units=units,
-        pose_units=pose_units,
-        scale=scale,
-        axes=axes,
-        pose_axes=pose_axes,
-        sensor_origin=_parse_origin(sensor_origin),
-        columns=parse_columns(columns),
-        category=category,
-        instance=instance,
-        elevation=elevation,
-        name=name,
-        categories_from_folders=categories_from_folders or None,
-    )
+    said |= {"sensor_origin": _parse_origin(sensor_origin), "columns": parse_columns(columns)}
+    said |= {"categories_from_folders": categories_from_folders or None}
+    options = CaptureOptions(**{field.name: said[field.name] for field in fields(CaptureOptions)})
     sessions = open_capture(source, options)
     if output.suffix == ".mcap" and len(sessions) > 1:
         problem = f"{source} holds {len(sessions)} sessions"
@@ -120,8 +89,7 @@ def convert(
         print(f"next: orbitscan train {output} -o model.pt")
         raise typer.Exit(1 if failed else 0)
     failed = False
-    for session in sessions:
-        path, session = place(session, output, name)
+    for path, session in (place(session, output, name) for session in sessions):
         try:
             write(session, path)
         except (UnreadableCloud, InvalidPose) as error:

@@ -1,20 +1,12 @@
 """The command `simulate`: recordings of virtual objects."""
 
-from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
 from orbitscan.recorder.cli.output import Output, place, tell_next, write
 from orbitscan.recorder.console import progress
 from orbitscan.recorder.exceptions import InvalidOption, Wording, setting
-
-
-class Sensor(StrEnum):
-    """The depth sensors of the virtual camera."""
-
-    GAUSSIAN = "gaussian"
-    KINECT = "kinect"
 
 
 def simulate(
@@ -38,7 +30,9 @@ def simulate(
         float | None,
         typer.Option(help="The camera's angle above the object, in degrees. Default: 30; of a corpus 30, 45 and 60."),
     ] = None,
-    sensor: Annotated[Sensor | None, typer.Option(help="The sensor. Default: gaussian; of a corpus kinect.")] = None,
+    sensor: Annotated[
+        Literal["gaussian", "kinect"] | None, typer.Option(help="The sensor. Default: gaussian; of a corpus kinect.")
+    ] = None,
     distance: Annotated[
         float | None,
         typer.Option(help="The camera's distance, in metres. Default: 1 (kinect 0.72) or 2.5 radii of a large object."),

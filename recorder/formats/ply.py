@@ -6,7 +6,7 @@ from typing import IO
 
 import numpy as np
 
-from orbitscan.recorder.formats.point_table import RGB_FIELDS, field_names, read_bytes, read_lines, split_fields
+from orbitscan.recorder.formats.point_table import RGB_FIELDS, read_bytes, read_lines, split_fields
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
@@ -25,10 +25,8 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
             raise ValueError("it does not start with 'ply'")
         order, elements = _read_header(stream)
         for name, count, fields in elements:
-            has_lists = any(kind is None for _, kind in fields)
-            layout = (
-                None if has_lists else np.dtype([(field, order + kind) for field, kind in fields if kind is not None])
-            )
+            numbers = [(field, order + kind) for field, kind in fields if kind is not None]
+            layout = np.dtype(numbers) if len(numbers) == len(fields) else None  # a list has no fixed length
             if name == "vertex":
                 if layout is None:
                     raise ValueError("its vertices hold lists")
@@ -47,18 +45,13 @@ def write(
     path: Path, points: np.ndarray, colors: np.ndarray | None = None, triangles: np.ndarray | None = None
 ) -> None:
     """Write points (N, 3) as float32, with colours (N, 3) uint8 and triangles (T, 3) where given; binary."""
-    layout = np.dtype([(axis, "<f4") for axis in "xyz"])
+    table = np.empty(len(points), [("points", "<f4", 3), ("colors", "u1", 0 if colors is None else 3)])
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}"]
+    header += [f"property float {axis}" for axis in "xyz"]
+    table["points"] = points
     if colors is not None:
-        layout = np.dtype(layout.descr + [(channel, "u1") for channel in RGB_FIELDS[0]])
-    table = np.empty(len(points), layout)
-    for i, axis in enumerate("xyz"):
-        table[axis] = points[:, i]
-    if colors is not None:
-        for i, channel in enumerate(RGB_FIELDS[0]):
-            table[channel] = colors[:, i]
-    words = {"f": "float", "u": "uchar"}
-    fields = [f"property {words[layout[name].kind]} {name}" for name in field_names(layout)]
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}", *fields]
+        header += [f"property uchar {channel}" for channel in RGB_FIELDS[0]]
+        table["colors"] = colors
     faces = b""
     if triangles is not None:
         header += [f"element face {len(triangles)}", "property list uchar int vertex_indices"]

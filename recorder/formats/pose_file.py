@@ -63,9 +63,8 @@ def _read_json(path: Path, text: str) -> PoseFile:
         return PoseFile(path, tuple(_motion(content[name], f"{path}, pose '{name}'") for name in names), names)
     if isinstance(content, list):
         return PoseFile(path, tuple(_motion(pose, f"{path}, pose {i}") for i, pose in enumerate(content)))
-    raise InvalidPose(
-        path, f"holds a {type(content).__name__}", 'give [4x4, ...], {"name": 4x4, ...} or {"poses": ...}'
-    )
+    remedy = 'give [4x4, ...], {"name": 4x4, ...} or {"poses": ...}'
+    raise InvalidPose(path, f"holds a {type(content).__name__}", remedy)
 
 
 def _motion(numbers: Any, subject: str) -> np.ndarray | None:
@@ -82,18 +81,16 @@ def _motion(numbers: Any, subject: str) -> np.ndarray | None:
 
 
 def _read_lines(path: Path, text: str) -> PoseFile:
-    rows = []  # of (line number, its text)
-    for number, line in enumerate(text.splitlines(), 1):
-        if words := line.split("#")[0].replace(",", " ").split():
-            rows.append((number, " ".join(words)))
-    widths = {len(row.split()) for _, row in rows}
+    lines = (line.split("#")[0].replace(",", " ").split() for line in text.splitlines())
+    rows = [(number, words) for number, words in enumerate(lines, 1) if words]
+    widths = {len(words) for _, words in rows}
     if widths == {8}:
-        pairs = [poses.from_tum_line(row, f"{path}, line {number}") for number, row in rows]
+        pairs = [poses.from_tum_line(" ".join(words), f"{path}, line {number}") for number, words in rows]
         if early := [stamp for stamp, _ in pairs if not 0 <= stamp < 2**63]:
             raise InvalidPose(path, f"holds the stamp {early[0] / 1e9:g} s", "give seconds from 0 up")
         return PoseFile(path, tuple(T for _, T in pairs), stamps_ns=tuple(stamp for stamp, _ in pairs))
     try:
-        numbers = [[float(word) for word in row.split()] for _, row in rows]
+        numbers = [[float(word) for word in words] for _, words in rows]
     except ValueError as error:
         raise InvalidPose(path, f"holds a word that is no number ({error})", f"give {_SHAPES}") from None
     if widths == {4} and len(rows) % 4 == 0:

@@ -18,8 +18,7 @@ ENCODING = "protobuf"
 
 _OBJECT, _CAMERA = "object", "camera"  # the frames
 
-_XYZ = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
-_RGBA = [("red", "u1"), ("green", "u1"), ("blue", "u1"), ("alpha", "u1")]
+_RGB = ("red", "green", "blue")
 _NUMPY_TYPES = {
     PackedElementField.UINT8: "u1", PackedElementField.INT8: "i1",
     PackedElementField.UINT16: "<u2", PackedElementField.INT16: "<i2",
@@ -41,20 +40,17 @@ def pose_message(stamp_ns: int, T_object_camera: np.ndarray) -> FrameTransform:
 
 def cloud_message(view: View) -> PointCloud:
     """A view's points [m] and colours, in the frame `camera`."""
-    layout = np.dtype(_XYZ if view.colors is None else _XYZ + _RGBA)
-    packed = np.zeros(len(view.points), layout)
-    for i, axis in enumerate("xyz"):
-        packed[axis] = view.points[:, i]
+    packed = np.zeros(len(view.points), [("points", "<f4", 3), ("rgba", "u1", 0 if view.colors is None else 4)])
+    packed["points"] = view.points
+    fields = [(axis, PackedElementField.FLOAT32, 4 * i) for i, axis in enumerate("xyz")]
     if view.colors is not None:
-        for i, channel in enumerate(("red", "green", "blue")):
-            packed[channel] = view.colors[:, i]
-        packed["alpha"] = 255
-    message = PointCloud(frame_id=_CAMERA, point_stride=layout.itemsize, data=packed.tobytes())
+        packed["rgba"] = np.insert(view.colors, 3, 255, axis=1)
+        fields += [(channel, PackedElementField.UINT8, 12 + i) for i, channel in enumerate((*_RGB, "alpha"))]
+    message = PointCloud(frame_id=_CAMERA, point_stride=packed.itemsize, data=packed.tobytes())
     message.timestamp.FromNanoseconds(view.stamp_ns)
     message.pose.position.SetInParent()
     message.pose.orientation.w = 1.0
-    for name, (_, offset, *_) in (layout.fields or {}).items():
-        kind = PackedElementField.FLOAT32 if name in "xyz" else PackedElementField.UINT8
+    for name, kind, offset in fields:
         message.fields.add(name=name, offset=offset, type=kind)
     return message
 
@@ -87,7 +83,7 @@ def decode_cloud(message: Message, index: int, name: str) -> View:
     packed = np.frombuffer(cloud.data, layout)
     with np.errstate(over="ignore"):  # what is too far for float32 is infinitely far
         points = np.stack([packed[axis].astype(np.float32) for axis in "xyz"], axis=1)
-    colored = {"red", "green", "blue"} <= set(layout.names or ())
-    colors = np.stack([packed[c] for c in ("red", "green", "blue")], axis=1).astype(np.uint8) if colored else None
+    colored = set(_RGB) <= set(layout.names or ())
+    colors = np.stack([packed[channel] for channel in _RGB], axis=1).astype(np.uint8) if colored else None
     stamp_ns = message.log_time if message.log_time < 2**63 else (index + 1) * 10**9  # no time after the year 2262
     return View(index, name, stamp_ns, points, colors)

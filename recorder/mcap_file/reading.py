@@ -70,9 +70,8 @@ def _require_clouds(path: Path, contents: Contents) -> None:
     elif POINTS_TOPIC in contents.encodings:
         problem = f"nothing was recorded on {POINTS_TOPIC}"
     else:
-        problem = (
-            f"holds no {POINTS_TOPIC} (topics: {', '.join(sorted(contents.encodings)) or 'none that can be read'})"
-        )
+        topics = ", ".join(sorted(contents.encodings)) or "none that can be read"
+        problem = f"holds no {POINTS_TOPIC} (topics: {topics})"
     raise UnreadableRecording(path, problem, _REMEDY)
 
 

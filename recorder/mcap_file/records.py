@@ -116,16 +116,8 @@ def read_chunk(data: mmap.mmap, head: ChunkHead, crc_needed: bool) -> list[McapR
     content = _decompress(data[head.start : head.end], head)
     if head.crc and zlib.crc32(content) != head.crc:
         raise ValueError("CRC mismatch")
-    return breakup_chunk(
-        Chunk(
-            compression="",
-            data=content,
-            message_start_time=head.times[0],
-            message_end_time=head.times[1],
-            uncompressed_crc=0,
-            uncompressed_size=len(content),
-        )
-    )
+    first, last = head.times
+    return breakup_chunk(Chunk("", content, last, first, uncompressed_crc=0, uncompressed_size=len(content)))
 
 
 def _decompress(packed: bytes, head: ChunkHead) -> bytes:

@@ -1,9 +1,11 @@
 """Whether a recording's writer is still at work: a foreign one writes X.mcap in place, and the footer comes last."""
 
+import glob
 import os
 import sys
 import time
 from pathlib import Path
+from typing import IO
 
 from orbitscan.recorder.mcap_file.index import FOOTER, FOOTER_LENGTH, FOOTER_OPCODE
 from orbitscan.recorder.mcap_file.records import MAGIC, RECORD_HEADER
@@ -22,7 +24,7 @@ def still_being_written(path: Path, quiet_s: float = QUIET_S) -> bool:
     """
     try:
         with Path(path).open("rb") as stream:
-            if not MAGIC.startswith(stream.read(len(MAGIC))) or _is_complete(stream.fileno()):
+            if not MAGIC.startswith(stream.read(len(MAGIC))) or _is_complete(stream):
                 return False
             status = os.fstat(stream.fileno())
     except OSError:  # gone, or not ours to read: not a question of time
@@ -30,37 +32,27 @@ def still_being_written(path: Path, quiet_s: float = QUIET_S) -> bool:
     return abs(time.time() - status.st_mtime) < quiet_s or _is_open_for_writing(status)
 
 
-def _is_complete(file: int) -> bool:
+def _is_complete(stream: IO[bytes]) -> bool:
     """Whether a file ends as an .mcap: a footer and the magic."""
-    end = FOOTER.size + len(MAGIC)
-    size = os.lseek(file, 0, os.SEEK_END)
-    os.lseek(file, max(0, size - end), os.SEEK_SET)
-    tail = os.read(file, end)
-    return (
-        len(tail) == end and tail.endswith(MAGIC) and tail.startswith(RECORD_HEADER.pack(FOOTER_OPCODE, FOOTER_LENGTH))
-    )
+    size, end = stream.seek(0, os.SEEK_END), FOOTER.size + len(MAGIC)
+    stream.seek(max(0, size - end))
+    tail = stream.read(end)
+    footer = RECORD_HEADER.pack(FOOTER_OPCODE, FOOTER_LENGTH)
+    return len(tail) == end and tail.endswith(MAGIC) and tail.startswith(footer)
 
 
 def _is_open_for_writing(status: os.stat_result) -> bool:
     """Whether a process that we may look at has the file open for writing; False where /proc does not tell."""
     if sys.platform != "linux":
         return False
-    for process in filter(str.isdigit, _entries("/proc")):
-        for number in _entries(f"/proc/{process}/fd"):
-            try:
-                opened = os.stat(f"/proc/{process}/fd/{number}")
-                if (opened.st_dev, opened.st_ino) != (status.st_dev, status.st_ino):
-                    continue
-                flags = Path(f"/proc/{process}/fdinfo/{number}").read_text().split("flags:")[1].split()[0]
-            except (OSError, IndexError):  # closed meanwhile
+    for link in glob.iglob("/proc/[0-9]*/fd/*"):  # of other users' processes it finds none
+        try:
+            opened = os.stat(link)
+            if (opened.st_dev, opened.st_ino) != (status.st_dev, status.st_ino):
                 continue
-            if int(flags, 8) & os.O_ACCMODE != os.O_RDONLY:
-                return True
+            flags = Path(link.replace("/fd/", "/fdinfo/")).read_text().split("flags:")[1].split()[0]
+        except (OSError, IndexError):  # closed meanwhile
+            continue
+        if int(flags, 8) & os.O_ACCMODE != os.O_RDONLY:
+            return True
     return False
-
-
-def _entries(folder: str) -> list[str]:
-    try:
-        return os.listdir(folder)
-    except OSError:  # a process that ended, or of another user
-        return []

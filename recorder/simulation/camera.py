@@ -137,9 +137,8 @@ class _Orbit:
         level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
         outward = math.cos(elevation) * level + (0, 0, math.sin(elevation))
         right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
-        return poses.make(
-            np.column_stack([right, np.cross(right, outward), -outward]), self.center + self.distance * outward
-        )
+        R = np.column_stack([right, np.cross(right, outward), -outward])
+        return poses.make(R, self.center + self.distance * outward)
 
     def view(self, index: int) -> View:
         """What the camera sees from its place on the circle."""

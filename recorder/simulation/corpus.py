@@ -10,22 +10,9 @@ from orbitscan.recorder import mcap_file
 from orbitscan.recorder.exceptions import InvalidOption, UnwritableOutput, Wording, setting
 from orbitscan.recorder.session import Session
 from orbitscan.recorder.simulation.camera import Camera, simulate
-from orbitscan.recorder.sources.washington import ELEVATIONS_DEG, INSTANCES, RUNS
+from orbitscan.recorder.sources.washington import ELEVATIONS_DEG, RUNS
+from orbitscan.recorder.sources.washington import INSTANCES as INSTANCES  # of the corpus, which has as many
 from orbitscan.recorder.workers import as_ready
-
-__all__ = [  # with the tables that it copies
-    "CAMERA",
-    "ELEVATIONS_DEG",
-    "INSTANCES",
-    "OTHER_INSTANCES",
-    "RUNS",
-    "Circle",
-    "Recorded",
-    "open_circle",
-    "plan",
-    "record",
-    "record_all",
-]
 
 OTHER_INSTANCES = 3  # of every other thing
 CAMERA = Camera(views=200, sensor="kinect")  # of every circle

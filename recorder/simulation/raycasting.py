@@ -53,9 +53,8 @@ class Open3DRaycaster:
         origins = np.broadcast_to(origin, directions.shape)
         rays = self._tensor(np.hstack([origins, directions]).astype(np.float32))
         hits = self._scene.cast_rays(rays, nthreads=threads)
-        distance, normals, triangles, uv = (
-            hits[key].numpy() for key in ("t_hit", "primitive_normals", "primitive_ids", "primitive_uvs")
-        )
+        keys = ("t_hit", "primitive_normals", "primitive_ids", "primitive_uvs")
+        distance, normals, triangles, uv = (hits[key].numpy() for key in keys)
         return Hits(distance.astype(np.float64), normals, triangles, uv)
 
 

@@ -4,7 +4,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from natsort import natsorted
@@ -13,8 +12,8 @@ from orbitscan.recorder import mcap_file
 from orbitscan.recorder.conversion import CaptureOptions
 from orbitscan.recorder.exceptions import InvalidOption, InvalidPose, UnknownFormat, UnreadableCloud, Wording, setting
 from orbitscan.recorder.formats import cloud_file, pose_file
-from orbitscan.recorder.session import Session, SessionInfo
-from orbitscan.recorder.sources.clouds import find_clouds, load_view, sensor_origin
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources.clouds import facts_of, find_clouds, make_session
 
 
 @dataclass(frozen=True)
@@ -66,24 +65,12 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
     if not found:
         known = " ".join(cloud_file.READERS)
         raise UnknownFormat(path, f"its folders hold no cloud file ({known})", "name the folder above the categories")
-    return [
-        Session(
-            SessionInfo(
-                name=name,
-                views=1,
-                category=item.category,
-                instance=item.file.stem,
-                elevation_deg=options.elevation,
-                source="clouds",
-                sensor_origin=sensor_origin(options, conversion),
-                source_axes=conversion.axes,
-                source_units=conversion.units,
-            ),
-            (item.file.stem,),
-            partial(load_view, (item.file,), (10**9,), conversion, columns=options.columns),
-        )
-        for item, name in zip(found, _names(path, found), strict=True)
-    ]
+    facts = facts_of(options, conversion)
+    made = []
+    for item, name in zip(found, _names(path, found), strict=True):
+        facts |= {"name": name, "category": item.category, "instance": item.file.stem}
+        made.append(make_session([item.file], conversion, {}, columns=options.columns, **facts))
+    return made
 
 
 def record(placed: Iterable[tuple[Path, Session]]) -> Iterator[Session | UnreadableCloud]:
@@ -102,9 +89,8 @@ def record(placed: Iterable[tuple[Path, Session]]) -> Iterator[Session | Unreada
 
 def _refuse_what_folders_settle(path: Path, options: CaptureOptions) -> None:
     if not path.is_dir():
-        raise UnknownFormat(
-            path, "is a file, not a folder of categories", Wording("leave out {categories_from_folders}")
-        )
+        remedy = Wording("leave out {categories_from_folders}")
+        raise UnknownFormat(path, "is a file, not a folder of categories", remedy)
     for option in ("poses", "poses_are", "pose_axes", "pose_units"):
         if getattr(options, option) is not None:
             what = Wording("is not for {categories_from_folders}, which makes a session of each view")

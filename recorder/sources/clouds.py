@@ -1,8 +1,8 @@
 """A folder of single-view clouds, or one cloud file, with or without poses -> one session."""
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from natsort import natsorted
@@ -48,41 +48,45 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
         raise UnknownFormat(path, f"holds {twice[0]} and {twice[1]}", "keep one file for each view")
     listed = _listed_poses(path, options)
     truth = {} if listed is None else _assign(listed, files, conversion)
-    stamps = (listed.stamps_ns if listed else None) or tuple((i + 1) * 10**9 for i in range(len(files)))
+    name = options.name or (path.resolve().stem if path.is_file() else path.resolve().name)
+    facts = {**facts_of(options, conversion), "name": name, "category": options.category, "instance": options.instance}
+    stamps_ns = listed.stamps_ns if listed else None
+    return [make_session(files, conversion, truth, stamps_ns, options.columns, **facts)]
+
+
+def make_session(
+    files: Sequence[Path],
+    conversion: Conversion,
+    truth: Mapping[int, np.ndarray],
+    stamps_ns: Sequence[int] | None = None,
+    columns: cloud_file.Columns | None = None,
+    **facts: Any,
+) -> Session:
+    """A session of a view per file, a second apart where there are no stamps; `facts` are fields of SessionInfo.
+
+    To load a view raises UnreadableCloud and InvalidOption.
+    """
+
+    def load(index: int) -> View:
+        points, colors = cloud_file.read(files[index], columns)
+        stamp_ns = stamps_ns[index] if stamps_ns else (index + 1) * 10**9
+        return View(index, files[index].stem, stamp_ns, conversion.points(points), colors)
+
     info = SessionInfo(
-        name=options.name or (path.resolve().stem if path.is_file() else path.resolve().name),
         views=len(files),
-        category=options.category,
-        instance=options.instance,
-        elevation_deg=options.elevation,
-        source="clouds",
-        sensor_origin=sensor_origin(options, conversion),
         source_axes=conversion.axes,
         source_units=conversion.units,
         source_poses=conversion.pose_words if truth else "",
+        **facts,
     )
-    load = partial(load_view, files, stamps, conversion, columns=options.columns)
-    return [Session(info, names, load, lambda: truth)]
+    return Session(info, tuple(file.stem for file in files), load, lambda: truth)
 
 
-def load_view(
-    files: Sequence[Path],
-    stamps_ns: Sequence[int],
-    conversion: Conversion,
-    index: int,
-    columns: cloud_file.Columns | None = None,
-) -> View:
-    """View `index`, read from its file and brought into the view's frame; raises UnreadableCloud and InvalidOption."""
-    file = files[index]
-    points, colors = cloud_file.read(file, columns)
-    return View(index, file.stem, stamps_ns[index], conversion.points(points), colors)
-
-
-def sensor_origin(options: CaptureOptions, conversion: Conversion) -> tuple[float, float, float] | None:
-    """The sensor's position in the view's frame [m], at its origin where nothing is said; None where it is unknown."""
-    if options.sensor_origin == "unknown":
-        return None
-    return conversion.origin(options.sensor_origin or (0.0, 0.0, 0.0))
+def facts_of(options: CaptureOptions, conversion: Conversion) -> dict[str, Any]:
+    """The facts of plain clouds that hold for all of them; the sensor is at the origin where nothing is said."""
+    said = options.sensor_origin
+    origin = None if said == "unknown" else conversion.origin(said or (0.0, 0.0, 0.0))
+    return {"source": "clouds", "sensor_origin": origin, "elevation_deg": options.elevation}
 
 
 def _listed_poses(path: Path, options: CaptureOptions) -> PoseFile | None:

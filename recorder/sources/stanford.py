@@ -4,7 +4,6 @@ A line `bmesh FILE tx ty tz qx qy qz qw` means p_world = R(q)^T p + t, with R th
 (x, y, z, w): the rotation is written inverted, the translation is not.
 """
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +11,8 @@ import numpy as np
 from orbitscan.recorder import poses
 from orbitscan.recorder.conversion import CaptureOptions, Conversion
 from orbitscan.recorder.exceptions import InvalidPose, UnknownFormat, UnreadableCloud
-from orbitscan.recorder.session import Session, SessionInfo
-from orbitscan.recorder.sources.clouds import load_view
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources.clouds import make_session
 
 _AXES = "RUB"  # y up, the surfaces face +z
 # The scanner sweeps a laser sheet over parallel lines: its rays come from far in front of the object, not from a
@@ -58,22 +57,19 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
         files.append(file)
     if not files:
         raise UnknownFormat(conf, "none of its scans is there", "put the .ply files beside it")
-    info = SessionInfo(
+    session = make_session(
+        files,
+        conversion,
+        truth,
         name=options.name or conf.stem,
-        views=len(files),
         category=options.category,
         instance=options.instance,
         source="stanford",
         sensor="laser range scanner",
         capture="unordered",
         sensor_origin=conversion.origin(_SENSOR_ORIGIN),
-        source_axes=conversion.axes,
-        source_units=conversion.units,
-        source_poses=conversion.pose_words,
     )
-    stamps = tuple((i + 1) * 10**9 for i in range(len(files)))
-    names = tuple(file.stem for file in files)
-    return [Session(info, names, partial(load_view, files, stamps, conversion), lambda: truth)]
+    return [session]
 
 
 def _motion(words: list[str], subject: str) -> np.ndarray:

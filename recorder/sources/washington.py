@@ -5,13 +5,12 @@ Here stands too what the thesis takes of it (tables 3.1 and 3.2), which the virt
 
 import re
 from collections import defaultdict
-from functools import partial
 from pathlib import Path
 
 from orbitscan.recorder.conversion import CaptureOptions, Conversion
 from orbitscan.recorder.exceptions import UnknownFormat
-from orbitscan.recorder.session import Session, SessionInfo
-from orbitscan.recorder.sources.clouds import load_view
+from orbitscan.recorder.session import Session
+from orbitscan.recorder.sources.clouds import make_session
 
 _NAME = re.compile(r"(?P<category>[a-z]\w*?)_(?P<instance>\d+)_(?P<video>\d+)_(?P<frame>\d+)", re.IGNORECASE)
 _AXES = "RFU"  # y away from the camera, z up
@@ -53,21 +52,18 @@ def sessions(path: Path, options: CaptureOptions) -> list[Session]:
 
 
 def _session(category: str, instance: int, video: int, files: list[Path]) -> Session:
-    conversion = Conversion(axes=_AXES)
-    info = SessionInfo(
+    return make_session(
+        files,
+        Conversion(axes=_AXES),
+        {},
         name=f"{category}_{instance}_{video}",
-        views=len(files),
         category=category,
         instance=str(instance),
         source="washington",
         sensor="Kinect",
         capture="circle" if len(files) >= _CIRCLE else "unknown",
-        source_axes=conversion.axes,
-        source_units=conversion.units,
         elevation_deg=ELEVATIONS_DEG.get(video),
     )
-    stamps = tuple((i + 1) * 10**9 for i in range(len(files)))
-    return Session(info, tuple(file.stem for file in files), partial(load_view, files, stamps, conversion))
 
 
 def _find_files(path: Path) -> list[Path]:

@@ -27,13 +27,12 @@ from orbitscan.processing.results.comparison.records import (
 )
 from orbitscan.processing.results.comparison.uncertainty import scale_of_errors, view_deviations
 from orbitscan.processing.results.folder import ROUNDING, Extent, Results, ResultsFolder, read_results, to_json
-from orbitscan.processing.results.records import SessionClassification, ViewClassification, ViewErrors, ViewEstimate
+from orbitscan.processing.results.records import UNKNOWN, SessionClassification, ViewClassification, ViewEstimate
 from orbitscan.processing.results.status import METHODS, WRONG_DEG, WRONG_SHARE, Method, Status
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import InvalidOption
 
 FLOOR = 2.0  # standard deviations: chance alone exceeds them at most once in twenty times
-JUDGED = ("translation_error_m", "rotation_error_chordal", "center_error_m")
 SHOWN_SETTINGS = 5  # that differ
 
 
@@ -44,16 +43,14 @@ def compare_folders(a: Path, b: Path) -> Comparison:
         return Comparison((compare_results(read_results(a), read_results(b)),))
     if in_a is None or in_b is None:
         session, batch = (a, b) if in_a is None else (b, a)
-        raise InvalidOption(
-            session, f"is one session, {batch} a batch", f"name two of a kind, such as {batch / session.name}"
-        )
+        remedy = f"name two of a kind, such as {batch / session.name}"
+        raise InvalidOption(session, f"is one session, {batch} a batch", remedy)
     common = [name for name in in_a if name in in_b]
     if not common:
         raise InvalidOption(b, f"has no session of the name of one in {a}", "compare results of the same recordings")
     # By the folder's name: a recording's file may be called otherwise than what it holds.
-    sessions = [
-        replace(compare_results(read_results(in_a[name]), read_results(in_b[name])), name=name) for name in common
-    ]
+    pairs = ((name, read_results(in_a[name]), read_results(in_b[name])) for name in common)
+    sessions = [replace(compare_results(*both), name=name) for name, *both in pairs]
     sessions.sort(key=lambda s: (VERDICTS.index(s.verdict), -s.count(s.verdict), s.name))
     return Comparison(
         tuple(sessions),
@@ -66,12 +63,11 @@ def find_sessions(folder: Path) -> dict[str, Path] | None:
     """The sessions of a batch's folder by name; None where the folder is a session's. Raises InvalidOption."""
     if (folder / "results.json").is_file():
         return None
-    found = {path.parent.name: path.parent for path in sorted(folder.glob("*/results.json"))}
-    found = {name: path for name, path in found.items() if not name.endswith(".part")}
-    if not found:
+    sessions = [path.parent for path in sorted(folder.glob("*/results.json")) if path.parent.suffix != ".part"]
+    if not sessions:
         problem = "holds no results" if folder.is_dir() else "no such folder"
         raise InvalidOption(folder, problem, "name what 'orbitscan process -o' wrote: a session's folder or a batch's")
-    return found
+    return {session.name: session for session in sessions}
 
 
 def compare_results(a: ResultsFolder, b: ResultsFolder) -> SessionComparison:
@@ -85,9 +81,8 @@ def compare_results(a: ResultsFolder, b: ResultsFolder) -> SessionComparison:
     views = [view for method in methods for view in _compare_method(method, a, b)]
     if not views:
         raise InvalidOption(b.path, f"has no view by a method that {a.path} has", "compare results with some")
-    category, view_categories = _compare_categories(of_a, of_b)
     notes = tuple(describe_differences(of_a, of_b))
-    return SessionComparison(name, notes, False, tuple(views), totals, category, view_categories)
+    return SessionComparison(name, notes, False, tuple(views), totals, *_compare_categories(of_a, of_b))
 
 
 def _content(results: Results) -> dict[str, Any]:
@@ -96,19 +91,13 @@ def _content(results: Results) -> dict[str, Any]:
     return {**content, "input": {**content["input"], "name": None}}
 
 
-def same_recording(a: Results, b: Results) -> bool:
-    """Whether both were made from one recording, to the byte."""
-    return a.input.sha256 == b.input.sha256
-
-
 def _compare_method(method: Method, a: ResultsFolder, b: ResultsFolder) -> list[ViewComparison]:
     both = (a.results, b.results)
     of_a, of_b = (results.reconstruction[method] for results in both)
     in_a = {view.view: view for view in of_a.views}
     sigma: dict[int, float] = {}
-    extent = max(
-        (folder.extent for folder in (a, b) if folder.extent), key=lambda e: (e.points, e.diameter), default=None
-    )
+    extents = [folder.extent for folder in (a, b) if folder.extent]
+    extent = max(extents, key=lambda e: (e.points, e.diameter), default=None)
     origin = a.results.origin
     if extent is not None and origin is not None and origin == b.results.origin:
         radii = [results.settings["surface"]["quadric_radius"] for results in both]
@@ -118,7 +107,8 @@ def _compare_method(method: Method, a: ResultsFolder, b: ResultsFolder) -> list[
                 sigma[view] = min(sigma.get(view, math.inf), scale * deviation)
     views = [_compare_view(method, in_a[v.view], v, sigma, extent) for v in of_b.views if v.view in in_a]
     # A camera that stands elsewhere in another recording has not moved.
-    return views if same_recording(*both) else [_without_motion(view) for view in views]
+    same_recording = a.results.input.sha256 == b.results.input.sha256
+    return views if same_recording else [_without_motion(view) for view in views]
 
 
 def _compare_view(
@@ -126,7 +116,7 @@ def _compare_view(
 ) -> ViewComparison:
     errors: dict[str, Difference] = {}
     floor = moved_m = moved_deg = None
-    verdict: Verdict
+    verdict: Verdict = "same"
     size = 0.0
     if extent is not None and a.T_0_i is not None and b.T_0_i is not None and sigma:
         D = b.T_0_i @ poses.invert(a.T_0_i)
@@ -135,7 +125,8 @@ def _compare_view(
         if a.status == b.status == Status.OK and b.view in sigma:
             floor = max(FLOOR * math.sqrt(2) * sigma[b.view], ROUNDING)
             floors = _floors(floor, extent, [T[:3, 3] for T in (a.T_0_i, b.T_0_i)])
-            errors = _differences(a.errors, b.errors, floors)
+            both = {name: (getattr(a.errors, name), getattr(b.errors, name)) for name in floors}
+            errors = {name: Difference(*pair, floors[name]) for name, pair in both.items() if None not in pair}
             size = max(moved_m, math.radians(moved_deg) * extent.lever) / floor
     if a.status != b.status:
         standings = _standing(a, extent), _standing(b, extent)
@@ -143,17 +134,11 @@ def _compare_view(
         size = math.inf
     elif errors:
         found = {difference.verdict for difference in errors.values()}
-        verdict = "worse" if "worse" in found else "better" if "better" in found else "same"
+        verdict = next(verdict for verdict in VERDICTS if verdict in found)
         size = max(difference.size for difference in errors.values())
-    else:  # without truth: how far apart, neither better nor worse
-        verdict = "changed" if size > 1 else "same"
+    elif size > 1:  # without truth: how far apart, neither better nor worse
+        verdict = "changed"
     return ViewComparison(method, b.view, a.status, b.status, errors, moved_m, moved_deg, floor, verdict, size)
-
-
-def _differences(a: ViewErrors, b: ViewErrors, floors: Mapping[str, float]) -> dict[str, Difference]:
-    """The judged errors that both know."""
-    both = {name: (getattr(a, name), getattr(b, name)) for name in JUDGED}
-    return {name: Difference(*pair, floors[name]) for name, pair in both.items() if None not in pair}
 
 
 def _without_motion(view: ViewComparison) -> ViewComparison:
@@ -163,7 +148,7 @@ def _without_motion(view: ViewComparison) -> ViewComparison:
 
 
 def _floors(floor_m: float, extent: Extent, places: Sequence[np.ndarray]) -> dict[str, float]:
-    """The floor of each error, from that of the object's surface; `places` (3,) are the view's own in frame {0}."""
+    """The floor of each judged error, from the surface's; `places` (3,) are the view's own in frame {0}."""
     turn = floor_m / extent.lever  # radians
     distance = min(float(np.linalg.norm(place - extent.center)) for place in places)  # alike in both directions
     return {
@@ -186,9 +171,8 @@ def _compare_categories(a: Results, b: Results) -> tuple[Category | None, dict[i
     shown_a, shown_b = a.classification, b.classification
     if not (shown_a and shown_b):
         return None, {}
-    truths = {a.session.category, b.session.category}
-    truth = truths.pop() if len(truths) == 1 else None
-    known = truth if truth in {*shown_a.categories, *shown_b.categories} or truth is None else "unknown"
+    truth = a.session.category if a.session.category == b.session.category else None
+    known = truth if truth in {*shown_a.categories, *shown_b.categories} or truth is None else UNKNOWN
     by_view = {view.view: view for view in shown_a.views}
     pairs = {v.view: (by_view[v.view], v) for v in shown_b.views if v.view in by_view}
     found = {view: _compare_category(*pair, known) for view, pair in pairs.items()}
@@ -204,7 +188,7 @@ def _compare_category(
         return Category(*names, "same")
     if truth is None:
         return Category(*names, "changed")
-    worth = [2 if name == truth else int(name == "unknown") for name in names]
+    worth = [2 if name == truth else int(name == UNKNOWN) for name in names]
     return Category(*names, "changed" if worth[0] == worth[1] else ("worse" if worth[1] < worth[0] else "better"))
 
 
@@ -223,37 +207,31 @@ def _total(method: Method, a: ResultsFolder, b: ResultsFolder) -> Totals:
 
 def describe_differences(a: Results, b: Results) -> Iterator[str]:
     """What differs between two results besides what came out, a phrase each."""
-    keys = [a.key, b.key]
-    names = [a.session.name, b.session.name]
-    if names[0] != names[1]:
-        yield f"session: {names[0]} in A, {names[1]} in B"
-    if not same_recording(a, b):
+    if a.session.name != b.session.name:
+        yield f"session: {a.session.name} in A, {b.session.name} in B"
+    if a.input.sha256 != b.input.sha256:
         yield "another recording: differences may be of the input; poses are compared by their errors alone"
-    rest = [{name: value for name, value in key.items() if name not in ("input_sha256", "settings")} for key in keys]
-    for name in (name for name in rest[1] if rest[0].get(name) != rest[1][name]):
-        label = "model" if name == "model_sha256" else name
-        values = [_brief(key.get(name)) for key in rest]
-        yield f"{label}: {values[0]} in A, {values[1]} in B"
-    settings = [dict(_flatten(key["settings"])) for key in keys]
-    differing = [name for name in settings[1] | settings[0] if settings[0].get(name) != settings[1].get(name)]
+    for name, value in b.key.items():
+        if name not in ("input_sha256", "settings") and a.key.get(name) != value:
+            label = "model" if name == "model_sha256" else name
+            yield f"{label}: {_brief(a.key.get(name))} in A, {_brief(value)} in B"
+    in_a, in_b = (dict(_flatten(results.key["settings"])) for results in (a, b))
+    differing = [name for name in in_b | in_a if in_a.get(name) != in_b.get(name)]
     for name in differing[:SHOWN_SETTINGS]:
-        yield f"settings: {name} = {_brief(settings[0].get(name))} in A, {_brief(settings[1].get(name))} in B"
+        yield f"settings: {name} = {_brief(in_a.get(name))} in A, {_brief(in_b.get(name))} in B"
     if len(differing) > SHOWN_SETTINGS:
         yield f"settings: {len(differing) - SHOWN_SETTINGS} more differ"
-    if keys[0] == keys[1]:
-        old, new = a.versions, b.versions
-        libraries = [f"{name} {old.get(name)} in A, {version} in B" for name, version in new.items()]
-        libraries = [text for text, name in zip(libraries, new, strict=True) if old.get(name) != new[name]]
+    if a.key == b.key:
+        new = {name: version for name, version in b.versions.items() if a.versions.get(name) != version}
+        libraries = [f"{name} {a.versions.get(name)} in A, {version} in B" for name, version in new.items()]
         yield "the same recording and settings, yet other results: " + ("; ".join(libraries) or "by the same libraries")
-    used = [a.session.views_used, b.session.views_used]
-    for views, others, name in ((used[0], used[1], "A"), (used[1], used[0], "B")):
-        if only := [view for view in views if view not in others]:
+    for name, one, other in (("A", a.session, b.session), ("B", b.session, a.session)):
+        if only := [view for view in one.views_used if view not in other.views_used]:
             yield f"views in {name} only: {', '.join(map(str, only))}"
     if a.origin != b.origin:
         yield f"frame {{0}} is view {a.origin} in A, view {b.origin} in B: poses and errors cannot be compared"
-    damages = [a.input.damage, b.input.damage]
-    if damages[0] != damages[1]:
-        yield f"damage: {damages[0] or 'none'} in A, {damages[1] or 'none'} in B"
+    if a.input.damage != b.input.damage:
+        yield f"damage: {a.input.damage or 'none'} in A, {b.input.damage or 'none'} in B"
 
 
 def _flatten(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -9,15 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitscan.processing.results.folder import (
-    FORMAT_VERSION,
-    Extent,
-    Results,
-    read_key,
-    read_results,
-    to_json,
-    write_results,
-)
+from orbitscan.processing.results.folder import FORMAT_VERSION, Extent, Results, read_results, to_json, write_results
+from orbitscan.processing.results.key import read_key
 from orbitscan.processing.results.records import Coverage, Gap
 from orbitscan.processing.results.status import Method
 from orbitscan.recorder.exceptions import UnreadableRecording

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.results.records import MethodResult, Model, SessionResult, Turntable, ViewEstimate
-from orbitscan.processing.results.registered import place, registered, stand_upright, write_registered
+from orbitscan.processing.results.registered import place, registered, stand_upright
 from orbitscan.recorder import mcap_file, poses
 from orbitscan.recorder.session import SessionInfo
 from tests import viewer
@@ -69,7 +69,7 @@ def read_as_a_stranger(path):
 
 def write(path, session, **options):
     placement = place(estimated(session, **options))
-    write_registered(path, session, placement)
+    mcap_file.write(registered(session, placement), path)
     return placement
 
 
@@ -103,7 +103,7 @@ def test_its_poses_are_called_estimates_and_the_truth_is_never_asked_for(session
         raise AssertionError("the truth was asked for")
 
     placement = place(estimated(session))
-    write_registered(tmp_path / "registered.mcap", replace(session, load_truth=refuse), placement)
+    mcap_file.write(registered(replace(session, load_truth=refuse), placement), tmp_path / "registered.mcap")
     back = mcap_file.read(tmp_path / "registered.mcap")
     info = back.info
     assert info.source_poses == "estimated by refined, recorded views 0:5"
@@ -142,7 +142,7 @@ def test_one_cloud_is_in_memory_at_a_time(session, tmp_path):
         clouds.append(weakref.ref(view.points))
         return view
 
-    write_registered(tmp_path / "registered.mcap", replace(session, load=load), place(estimated(session)))
+    mcap_file.write(registered(replace(session, load=load), place(estimated(session))), tmp_path / "registered.mcap")
     assert len(clouds) == 5
 
 
@@ -152,8 +152,9 @@ def test_a_failure_leaves_no_file(session, tmp_path):
             raise OSError(5, "Input/output error")
         return session.load(index)
 
+    failing = registered(replace(session, load=load), place(estimated(session)))
     with pytest.raises(Exception, match="Input/output error"):
-        write_registered(tmp_path / "registered.mcap", replace(session, load=load), place(estimated(session)))
+        mcap_file.write(failing, tmp_path / "registered.mcap")
     assert not list(tmp_path.iterdir())
 
 
