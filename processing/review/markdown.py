@@ -29,10 +29,20 @@ def percent(share: float | None) -> str:
     return "" if share is None else f"{share:.0%}"
 
 
+def enumerate_some(words: Sequence[str], most: int = ENUMERATED) -> str:
+    """The first words, and how many more there are."""
+    more = len(words) - most
+    return ", ".join(words[:most]) + (f" and {more} more" if more > 0 else "")
+
+
 def enumerate_views(views: Sequence[int]) -> str:
     """The first of them, and how many more there are."""
-    shown = ", ".join(map(str, views[:ENUMERATED]))
-    return shown + (f" and {len(views) - ENUMERATED} more" if len(views) > ENUMERATED else "")
+    return enumerate_some([str(view) for view in views])
+
+
+def plural(count: int, noun: str) -> str:
+    """A noun as it stands after a number."""
+    return noun if count == 1 else f"{noun}s"
 
 
 def name_view(view: int, name: str) -> str:

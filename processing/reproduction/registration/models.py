@@ -83,14 +83,8 @@ def _place(plan: Plan, run: Run) -> Placed:
 def _build(recording: Session, run: Run, path: Path) -> None:
     """Write the model of all views that have an estimate, as in the thesis; `process` takes those that are ok."""
     settings, views = Settings(), recording.views()
-    model = build_model(
-        views,
-        run.poses,
-        Method(run.method),
-        choose_scale(views, settings.surface),
-        recording.info.sensor_origin,
-        settings.model,
-    )
+    scale, origin = choose_scale(views, settings.surface), recording.info.sensor_origin
+    model = build_model(views, run.poses, Method(run.method), scale, origin, settings.model)
     assert model is not None, f"{path.name}: no view was placed"
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as part:
@@ -102,9 +96,8 @@ def _distances(what: str, points: np.ndarray) -> np.ndarray:
     o3d = load_open3d("make the other figures")
     mesh = objects.build(what, 1)
     scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        o3d.core.Tensor(mesh.vertices.astype(np.float32)), o3d.core.Tensor(mesh.triangles.astype(np.uint32))
-    )
+    vertices, triangles = mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32)
+    scene.add_triangles(o3d.core.Tensor(vertices), o3d.core.Tensor(triangles))
     return scene.compute_distance(o3d.core.Tensor(points.astype(np.float32))).numpy()
 
 
@@ -151,9 +144,7 @@ def _draw(models: Sequence[Placed]) -> charts.Figure:
             _draw_cloud(axes, model.points[::step], side, half, colors)
             if i == 0:
                 axes.set_title(side, fontsize=9)
-        line[0].text(
-            -0.04, 0.5, model.run.method, transform=line[0].transAxes, rotation=90, ha="right", va="center", fontsize=9
-        )
+        charts.name_row(line[0], -0.04, model.run.method, fontsize=9)
     return figure
 
 
@@ -170,9 +161,8 @@ def _draw_cloud(axes: Axes, points: np.ndarray, side: str, half: float, colors: 
     share = (depth - depth.min()) / max(np.ptp(depth), 1e-9)  # 0: the farthest
     own = np.full((len(points), 3), _GREY) if colors is None else colors / 255
     shaded = own + (1 - own) * (_FADE * (1 - share))[:, None]
-    axes.scatter(
-        (relative @ right)[order], (relative @ up)[order], s=2.4, c=shaded[order], linewidths=0, rasterized=True
-    )
+    across, along = (relative @ right)[order], (relative @ up)[order]
+    axes.scatter(across, along, s=2.4, c=shaded[order], linewidths=0, rasterized=True)
     axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
     axes.set_axis_off()
 

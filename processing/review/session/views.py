@@ -43,7 +43,8 @@ class PlacedViews:
 
     def keep(self, result: ViewResult) -> None:
         """Keeps a few of a view's points: the whole cloud is dropped."""
-        self._samples[result.view] = _thin(result.points, PAIR_POINTS)
+        step = _step(len(result.points), PAIR_POINTS)
+        self._samples[result.view] = result.points[::step].copy()  # a slice would keep the whole cloud in memory
 
     def log_truth(self, view: int, T_0_i: np.ndarray) -> None:
         """The true frustum, as a thin outline."""
@@ -90,7 +91,10 @@ class PlacedViews:
             if color is not None and len(self._samples[estimate.view]):
                 path = entities.cloud_path("refined", estimate.view)
                 self._stream.log(path, rr.Points3D.from_fields(colors=color))
-        self._log_edges(found, stamps_ns)
+        drawn = marks.draw_edges(found.pairs, self.sensors(found.views), list(stamps_ns))
+        for view, lines in drawn.items():
+            self.set_time(view, stamps_ns[view])
+            self._stream.log(f"/graph/view_{view:03d}", lines)
 
     def sensors(self, views: Sequence[ViewEstimate]) -> dict[int, np.ndarray]:
         """View -> where its frustum stands in frame {0}, (3,), or the middle of its cloud where that is unknown."""
@@ -127,13 +131,6 @@ class PlacedViews:
         below[1] += 0.08 * self._scene.diameter
         self._stream.log(f"{path}/label", marks.draw_label(below, words))
 
-    def _log_edges(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
-        """Lines from each view's frustum to those of the views before it."""
-        drawn = marks.draw_edges(found.pairs, self.sensors(found.views), list(stamps_ns))
-        for view, lines in drawn.items():
-            self.set_time(view, stamps_ns[view])
-            self._stream.log(entities.graph_path(view), lines)
-
     def _log_pose(self, method: str, view: int, T_0_i: np.ndarray, color: entities.Color, line_width: float) -> None:
         path = entities.view_path(method, view)
         self._stream.log(path, rr.Transform3D(translation=T_0_i[:3, 3], mat3x3=T_0_i[:3, :3]))
@@ -159,7 +156,3 @@ class PlacedViews:
 
 def _step(count: int, wanted: int) -> int:
     return max(1, -(-count // wanted))
-
-
-def _thin(points: np.ndarray, wanted: int) -> np.ndarray:
-    return points[:: _step(len(points), wanted)].copy()  # a slice would keep the whole cloud in memory

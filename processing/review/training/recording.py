@@ -13,8 +13,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from orbitscan.processing.review import entities
+from orbitscan.processing.review.curves import draw_line
+from orbitscan.processing.review.markdown import write_table
 from orbitscan.processing.review.matrix import draw_matrix, view_matrix
-from orbitscan.processing.review.stream import open_stream
+from orbitscan.processing.review.panels import HIDDEN, make_blueprint, view_curves
+from orbitscan.processing.review.stream import make_document, open_stream
 from orbitscan.recorder.atomic import unwritable
 
 if TYPE_CHECKING:
@@ -79,26 +82,26 @@ class TrainingReview:
                 self._stream.log(path, rr.Scalars(value))
         for name, drawing in draw_matrix(np.array(record.confusion), self._categories, self._categories).items():
             self._stream.log(f"/confusion/{name}", drawing)
-        self._stream.log("/summary", _document(describe_epoch(record, self._categories, self._settings.epochs)))
+        self._stream.log("/summary", make_document(describe_epoch(record, self._categories, self._settings.epochs)))
         self._stream.flush()
 
     def _describe(self) -> None:
         self._stream.send_recording_name(f"training of {self.path.stem}")
-        for path, (color, name) in CURVES.items():
-            self._stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[2.0]), static=True)
-        self._stream.log("/settings", _document(tabulate_settings(self._settings)), static=True)
+        for path, style in CURVES.items():
+            self._stream.log(path, draw_line(*style), static=True)
+        self._stream.log("/settings", make_document(tabulate_settings(self._settings)), static=True)
         self._stream.flush()
 
 
 def lay_out(categories: int) -> rrb.Blueprint:
     """Curves at the left, the confusion matrix at the right with words below, at the last epoch."""
-    return rrb.Blueprint(
+    return make_blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                _curves("/loss", "Loss: cross-entropy [nats]", rrb.Corner2D.RightTop),
-                _curves("/accuracy", "Accuracy [share of the views]", rrb.Corner2D.RightBottom),
-                _curves("/overfitting", "Overfitting: validation loss - training loss [nats]"),
-                _curves("/views_per_second", "Views trained on per second"),
+                _view_curves("/loss", "Loss: cross-entropy [nats]", rrb.Corner2D.RightTop),
+                _view_curves("/accuracy", "Accuracy [share of the views]", rrb.Corner2D.RightBottom),
+                _view_curves("/overfitting", "Overfitting: validation loss - training loss [nats]"),
+                _view_curves("/views_per_second", "Views trained on per second"),
                 row_shares=[3, 3, 2, 1],
             ),
             rrb.Vertical(
@@ -114,10 +117,6 @@ def lay_out(categories: int) -> rrb.Blueprint:
             column_shares=[1, 1],
         ),
         rrb.TimePanel(state="collapsed", timeline=EPOCH_TIMELINE, fps=2.0, play_state="following"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
     )
 
 
@@ -147,8 +146,7 @@ def describe_epoch(record: EpochRecord, categories: tuple[str, ...], epochs: int
 
 def tabulate_settings(settings: TrainingSettings) -> str:
     """All settings as a Markdown table."""
-    rows = [f"| {name} | {value} |" for name, value in _flatten(asdict(settings))]
-    return "\n".join(["| setting | value |", "| --- | --- |", *rows])
+    return "\n".join(write_table(["setting", "value"], list(_flatten(asdict(settings)))))
 
 
 def _flatten(values: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
@@ -168,16 +166,6 @@ def _values(record: EpochRecord) -> Iterator[tuple[str, float]]:
     yield "/views_per_second", record.views_per_second
 
 
-def _curves(origin: str, title: str, legend: rrb.Corner2D | None = None) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(
-        origin=origin,
-        name=title,
-        axis_x=rrb.TimeAxis(link="LinkToGlobal"),
-        axis_y=rrb.ScalarAxis(range=(0.0, 1.02)) if origin == "/accuracy" else None,
-        interaction=rrb.PlotInteraction(points_display="Always"),
-        plot_legend=legend or rrb.PlotLegend(visible=False),
-    )
-
-
-def _document(markdown: str) -> rr.TextDocument:
-    return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)
+def _view_curves(origin: str, title: str, legend: rrb.Corner2D | rrb.PlotLegend = HIDDEN) -> rrb.TimeSeriesView:
+    axis_y = rrb.ScalarAxis(range=(0.0, 1.02)) if origin == "/accuracy" else None
+    return view_curves(origin, title, legend, axis_x=rrb.TimeAxis(link="LinkToGlobal"), axis_y=axis_y)
