@@ -75,8 +75,8 @@ def calibrate(
         rng.choice(group, min(FUSED_VIEWS, len(group)), replace=False).mean()
         for group in (groups[i % len(groups)] for i in range(max(DRAWS, len(groups))))
     ]
-    thresholds = {"threshold": _lowest_kept(scores), "fused_threshold": _lowest_kept(np.array(fused))}
-    return replace(by_size, temperature=temperature, **thresholds)
+    alone, together = _lowest_kept(scores), _lowest_kept(np.array(fused))
+    return replace(by_size, temperature=temperature, threshold=alone, fused_threshold=together)
 
 
 def _log(radii: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ from orbitscan.processing.review import entities
 ROUNDING = 1e-9  # smaller errors are those of the arithmetic: view {0} has no logarithm
 
 Value = tuple[str, float | None]  # a curve's entity, and its value at a view
+Numbers = Sequence[float] | np.ndarray
 Style = tuple[entities.Color, str, float]  # colour, name, width
 
 
@@ -90,7 +91,7 @@ class Curves:
 
 
 def log_curve(
-    stream: rr.RecordingStream, path: str, style: Style, times: Sequence[rr.TimeColumn], values: Sequence[float]
+    stream: rr.RecordingStream, path: str, style: Style, times: Sequence[rr.TimeColumn], values: Numbers
 ) -> None:
     """Writes a whole curve: how it looks, and its values at the times."""
     stream.log(path, draw_line(*style), static=True)

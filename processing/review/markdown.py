@@ -8,7 +8,7 @@ ENUMERATED = 10  # views that a sentence names, at most
 
 
 def number(value: float | None) -> str:
-    """Three digits; what is below a millionth is rounding."""
+    """A number in three digits; what is below a millionth is rounding."""
     if value is None:
         return ""
     return "0" if abs(value) < 1e-6 else f"{value:.3g}"
@@ -20,7 +20,7 @@ def in_mm(metres: float | None) -> str:
 
 
 def count(value: int | None) -> str:
-    """With commas between thousands."""
+    """A whole number with commas between thousands."""
     return "" if value is None else f"{value:,}"
 
 

@@ -18,8 +18,8 @@ ERRORS = {  # of errors.csv -> name, unit, factor
     "rotation_error_chordal": ("rotation error", "chordal", 1.0),
 }
 _LEAST = 1e-6  # what a logarithmic axis shows of no error
-_SHOWN = ("object", "views", "part", "method", "failed_views", "median_translation_mm", "max_translation_mm")
-_SHOWN += ("median_chordal", "max_chordal", "max_center_mm")
+_SHOWN: tuple[str, ...] = ("object", "views", "part", "method", "failed_views")
+_SHOWN += ("median_translation_mm", "max_translation_mm", "median_chordal", "max_chordal", "max_center_mm")
 
 
 def compare_errors(plan: Plan) -> Report:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +15,7 @@ from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration.run import OBJECTS, THESIS, Run, run_all
 from orbitscan.processing.reproduction.report import Report, Row
+from orbitscan.processing.reproduction.runs import digest
 from orbitscan.processing.results.status import Method
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import choose_scale
@@ -71,8 +70,7 @@ def show_models(plan: Plan) -> Report:
 def _place(plan: Plan, run: Run) -> Placed:
     """Build the model of a run, and move it to the object's frame: the truth serves to look at it and to judge it."""
     recording = mcap_file.read(plan.folder / "circles" / f"{run.circle.name}.mcap")
-    digest = hashlib.sha256(json.dumps(run.key, sort_keys=True).encode()).hexdigest()
-    path = plan.folder / "models" / f"{run.circle.name}-{run.method}-{digest[:12]}.ply"
+    path = plan.folder / "models" / f"{run.circle.name}-{run.method}-{digest(run.key)}.ply"
     if not path.exists():
         _build(recording, run, path)
     points, colors = ply.read(path)

@@ -14,7 +14,7 @@ VALUES: tuple[Literal["counts", "occupancy"], ...] = ("counts", "occupancy")
 
 def compare_values(plan: Plan) -> Report:
     """A study of accuracy, loss and overfitting of the best structure on grids of counts and of occupancy."""
-    changes = {values: {"voxels": VoxelSettings(values=values)} for values in VALUES}
+    changes = {str(values): {"voxels": VoxelSettings(values=values)} for values in VALUES}
     runs = run_trainings(plan, changes, "Training on counts and occupancy")
     rows: list[Row] = [
         {

@@ -18,7 +18,7 @@ from orbitscan.processing.review.panels import make_blueprint, view_curves, view
 from orbitscan.processing.review.stream import make_document, whole_recording
 
 SHOWN_ROWS = 100  # of the table: the worst
-Curve = tuple[str, str, Sequence[int], Sequence[float] | np.ndarray]  # entity, method, ranks, values
+Curve = tuple[str, str, Sequence[int], np.ndarray]  # entity, method, ranks, values
 _RANK = "worst_first"  # the timeline: recordings from the worst, 0, to the best
 _ERRORS = {  # quantity -> title, key of a method's summary, factor
     "center_mm": ("Largest error of the object's centre, log10 [mm]", "max_center_error_m", 1e3),
@@ -37,9 +37,9 @@ def write_batch(path: Path, name: str, rows: Sequence[Row], confusion: Confusion
     with whole_recording(path, name, _lay_out(known, confusion)) as stream:
         stream.log("/summary", make_document("\n".join(_summarize(name, rows, methods, known, confusion))), static=True)
         stream.log("/table", make_document("\n".join(_tabulate(rows))), static=True)
-        for path, method, ranks, values in (*_distributions(rows, methods), *_over_recordings(rows, methods)):
+        for entity, method, ranks, values in (*_distributions(rows, methods), *_over_recordings(rows, methods)):
             style = entities.METHOD_COLORS[method], method, entities.CURVE_WIDTHS[method]
-            log_curve(stream, f"{path}/{method}", style, [rr.TimeColumn(_RANK, sequence=ranks)], values)
+            log_curve(stream, f"{entity}/{method}", style, [rr.TimeColumn(_RANK, sequence=ranks)], values)
         for rank, row in enumerate(rows):
             if row.problem:
                 stream.set_time(_RANK, sequence=rank)
@@ -132,8 +132,9 @@ def _distributions(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[Curv
 def _over_recordings(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[Curve]:
     for method in methods:
         ranks = [i for i, row in enumerate(rows) if row.results and method in row.results.reconstruction]
-        yield "/recordings/failed_views", method, ranks, [float(rows[i].of(method, "failed_views")) for i in ranks]
-        yield "/recordings/seconds", method, ranks, [rows[i].seconds(method) for i in ranks]
+        failed = np.array([rows[i].of(method, "failed_views") for i in ranks], dtype=float)
+        yield "/recordings/failed_views", method, ranks, failed
+        yield "/recordings/seconds", method, ranks, np.array([rows[i].seconds(method) for i in ranks])
         for quantity, (_, key, factor) in _ERRORS.items():
             errors = {i: error for i in ranks if (error := rows[i].of(method, key)) is not None}
             if errors:

@@ -61,7 +61,7 @@ def _draw_strips(axes: Axes, samples: Mapping[str, Sequence[float]]) -> None:
 
 
 def _largest(rows: Sequence[Row], method: str, quantity: Quantity) -> list[float]:
-    """Of each session that has the method and a truth."""
+    """The largest errors of the sessions that have the method and a truth."""
     found = [row.of(method, f"max_{quantity.name}") for row in rows]
     return [quantity.factor * value for value in found if value is not None]
 

@@ -100,7 +100,7 @@ def list_starts(pair: PairEstimate) -> Iterator[tuple[Candidate, str]]:
 
 
 def describe_evidence(pair: PairEstimate) -> str:
-    """From many points to few inliers, then overlap and residual, with units."""
+    """A pair's evidence in words: from many points to few inliers, then overlap and residual, with units."""
     e = pair.evidence
     counts = [
         (e.points, "points"), (e.keypoints, "keypoints"), (e.valid_frames, "with a frame"),

@@ -157,7 +157,7 @@ class SessionReview:
 
     def _set_scene(self, origin: ViewResult) -> None:
         self._scene = Scene.around(origin.points, self._info.elevation_deg, self._info.sensor_origin)
-        self._placed.set_scene(self._scene)
+        self._placed.scene = self._scene
         if origin.view in self._truth:
             self._T_0_object = poses.invert(self._truth[origin.view])
         layout = lay_out(

@@ -90,7 +90,7 @@ def summarize(result: SessionResult, methods: Sequence[Method]) -> str:
 
 
 def describe_turntable(turntable: Turntable) -> str:
-    """Its step, sense and axis, and the views that depart from it most."""
+    """A turntable's step, sense and axis in words, and the views that depart from it most."""
     up = -turntable.axis[1]  # a camera's y points down
     sense = "counterclockwise" if up > 0 else "clockwise"
     tilt = float(np.degrees(np.arccos(min(1.0, abs(up)))))

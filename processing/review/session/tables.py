@@ -77,7 +77,7 @@ def tabulate_methods(result: SessionResult, methods: Sequence[Method]) -> list[s
 
 
 def _largest_observable(found: MethodResult) -> float | None:
-    """Of all pairs; None where no pair's differs from its raw error."""
+    """The largest observable error of the pairs; None where no pair's differs from its raw error."""
     pairs = _believed(found)
     differ = any(observable_error(pair) is not None for pair in pairs)
     return _largest(pair.errors.rotation_error_deg_observable for pair in pairs) if differ else None

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from orbitscan.processing.classification.training import TrainingSettings
 
 EPOCH_TIMELINE = "epoch"  # from 1
-CURVES: dict[str, tuple[entities.Color, str]] = {
-    "/loss/training": (entities.METHOD_COLORS["ransac_icp"], "training"),
-    "/loss/validation": (entities.METHOD_COLORS["icp"], "validation"),
-    "/accuracy/training": (entities.METHOD_COLORS["ransac_icp"], "training"),
-    "/accuracy/validation": (entities.METHOD_COLORS["icp"], "validation"),
-    "/overfitting": (entities.METHOD_COLORS["refined"], "validation loss - training loss"),
-    "/views_per_second": (entities.METHOD_COLORS["pairwise"], "views per second"),
+_CURVES: dict[str, tuple[entities.Color, str, str]] = {  # colour, name, what it shows of an EpochRecord
+    "/loss/training": (entities.METHOD_COLORS["ransac_icp"], "training", "train_loss"),
+    "/loss/validation": (entities.METHOD_COLORS["icp"], "validation", "validation_loss"),
+    "/accuracy/training": (entities.METHOD_COLORS["ransac_icp"], "training", "train_accuracy"),
+    "/accuracy/validation": (entities.METHOD_COLORS["icp"], "validation", "validation_accuracy"),
+    "/overfitting": (entities.METHOD_COLORS["refined"], "validation loss - training loss", "overfitting"),
+    "/views_per_second": (entities.METHOD_COLORS["pairwise"], "views per second", "views_per_second"),
 }
 _SHOWN_CONFUSIONS = 5
 
@@ -77,8 +77,8 @@ class TrainingReview:
         """Writes what is known after an epoch."""
         self._epochs += 1
         self._stream.set_time(EPOCH_TIMELINE, sequence=record.epoch)
-        for path, value in _values(record):
-            if np.isfinite(value):
+        for path, (*_, quantity) in _CURVES.items():
+            if np.isfinite(value := getattr(record, quantity)):
                 self._stream.log(path, rr.Scalars(value))
         for name, drawing in draw_matrix(np.array(record.confusion), self._categories, self._categories).items():
             self._stream.log(f"/confusion/{name}", drawing)
@@ -87,8 +87,8 @@ class TrainingReview:
 
     def _describe(self) -> None:
         self._stream.send_recording_name(f"training of {self.path.stem}")
-        for path, style in CURVES.items():
-            self._stream.log(path, draw_line(*style), static=True)
+        for path, (color, name, _) in _CURVES.items():
+            self._stream.log(path, draw_line(color, name), static=True)
         self._stream.log("/settings", make_document(tabulate_settings(self._settings)), static=True)
         self._stream.flush()
 
@@ -155,15 +155,6 @@ def _flatten(values: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, st
             yield from _flatten(value, f"{prefix}{name}.")
         else:
             yield prefix + name, f"{value}" if value != "" else "(default)"
-
-
-def _values(record: EpochRecord) -> Iterator[tuple[str, float]]:
-    yield "/loss/training", record.train_loss
-    yield "/loss/validation", record.validation_loss
-    yield "/accuracy/training", record.train_accuracy
-    yield "/accuracy/validation", record.validation_accuracy
-    yield "/overfitting", record.overfitting
-    yield "/views_per_second", record.views_per_second
 
 
 def _view_curves(origin: str, title: str, legend: rrb.Corner2D | rrb.PlotLegend = HIDDEN) -> rrb.TimeSeriesView:
