@@ -6,6 +6,8 @@ The open-set score is the free energy of these joint logits, log sum exp (Liu et
 category explains both shape and size.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.special import log_softmax, logsumexp
@@ -17,7 +19,6 @@ LEAST_DEVIATION = 0.35  # of log r: a third, however alike the instances are
 SIZE_RANGE = np.log(1000)  # of log r, where nothing is known of a thing: 5 mm to 5 m, say
 FUSED_VIEWS = 6  # that a session's threshold is set for
 DRAWS = 400  # of so many views each
-Sizes = tuple[tuple[float, ...], tuple[float, ...]]  # of log r in each category: means, standard deviations
 _RADII = 1e-9, 1e9  # [m] whose logarithm is taken; a view of one point, or of garbage, is outside
 
 
@@ -40,22 +41,27 @@ def open_set_scores(joint: np.ndarray) -> np.ndarray:
     return logsumexp(joint, axis=1)
 
 
-def measure_sizes(radii: np.ndarray, categories: np.ndarray, count: int) -> Sizes:
-    """Mean and standard deviation of log r [m] of each of `count` categories."""
+def measure_sizes(radii: np.ndarray, categories: np.ndarray, count: int) -> Calibration:
+    """A calibration by size alone: mean and standard deviation of log r [m] of each of `count` categories."""
     logs = [_log(radii[categories == c]) for c in range(count)]
-    deviations = [max(float(np.std(log)), LEAST_DEVIATION) for log in logs]
-    return tuple(float(np.mean(log)) for log in logs), tuple(deviations)
+    deviations = tuple(max(float(np.std(log)), LEAST_DEVIATION) for log in logs)
+    return Calibration(size_means=tuple(float(np.mean(log)) for log in logs), size_deviations=deviations)
 
 
 def calibrate(
-    logits: np.ndarray, radii: np.ndarray, categories: np.ndarray, sessions: np.ndarray, sizes: Sizes, seed: int = 0
+    logits: np.ndarray,
+    radii: np.ndarray,
+    categories: np.ndarray,
+    sessions: np.ndarray,
+    by_size: Calibration | None = None,
+    seed: int = 0,
 ) -> Calibration:
     """A temperature (Guo et al., ICML 2017), and thresholds that keep KEPT of the known validation views and sessions.
 
     Logits (V, C), radii (V,) [m], true categories (V,) and recordings (V,) of validation views.
     """
-    raw = Calibration(size_means=sizes[0], size_deviations=sizes[1])
-    joint = joint_logits(logits, radii, raw)
+    by_size = by_size or Calibration()
+    joint = joint_logits(logits, radii, by_size)
     rows = np.arange(len(joint))
 
     def loss(log_temperature: float) -> float:
@@ -69,9 +75,8 @@ def calibrate(
         rng.choice(group, min(FUSED_VIEWS, len(group)), replace=False).mean()
         for group in (groups[i % len(groups)] for i in range(max(DRAWS, len(groups))))
     ]
-    return Calibration(
-        temperature, _lowest_kept(scores), _lowest_kept(np.array(fused)), raw.size_means, raw.size_deviations
-    )
+    alone, together = _lowest_kept(scores), _lowest_kept(np.array(fused))
+    return replace(by_size, temperature=temperature, threshold=alone, fused_threshold=together)
 
 
 def _log(radii: np.ndarray) -> np.ndarray:

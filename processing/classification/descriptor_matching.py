@@ -55,7 +55,7 @@ class Answers:
     """What several views were taken for, and the time it took."""
 
     categories: tuple[str | None, ...]  # of each view; None where nothing could be described
-    distances: np.ndarray  # (V, C) float32, as `classify` returns them; NaN where there is no answer
+    distances: np.ndarray  # (V, C) float32 from each category, the least wins; NaN where there is no answer
     description_s: float
     search_s: float
 
@@ -113,24 +113,18 @@ def build_database(
     return Database(kind, settings, names, np.concatenate([described[i] for i in order]), classes)
 
 
-def classify(database: Database, descriptors: np.ndarray, device: str = "cpu") -> np.ndarray | None:
-    """How far a view's descriptors (K, D) are from each category: (C,) float32, the least wins; None where K is 0.
-
-    The mean over the descriptors of the distance to the category's nearest, so that a category with more known views
-    has no more votes (Boiman et al., In defense of nearest-neighbor based image classification, CVPR 2008).
-    """
-    if not len(descriptors):
-        return None
-    return nearest_distances(database, descriptors, device).mean(axis=0)
-
-
 def classify_views(
     database: Database,
     clouds: Sequence[np.ndarray],
     sensor_origin: np.ndarray | Sequence[float] | None = CAMERA,
     device: str = "cpu",
 ) -> Answers:
-    """What views, by their points (N, 3) [m], are taken for; all their descriptors search the database together."""
+    """What views, by their points (N, 3) [m], are taken for; all their descriptors search the database together.
+
+    A view's distance from a category is the mean over its descriptors of that to the category's nearest, so that a
+    category with more known views has no more votes (Boiman et al., In defense of nearest-neighbor based image
+    classification, CVPR 2008).
+    """
     begin = perf_counter()
     described = [describe_view(points, sensor_origin, database.kind, database.settings) for points in clouds]
     middle = perf_counter()

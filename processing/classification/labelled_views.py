@@ -84,15 +84,12 @@ def gather(
     FEWEST_POINTS points are left out. With `split="views"` every view is an instance of its own. Raises InvalidOption
     for a session without category, and what reading raises.
     """
-    columns: dict[str, list] = {
-        key: [] for key in ("points", "weights", "radii", "up", "category", "turn", "unit", "of")
-    }
+    rows = []
     for session in sessions:
         info = session.info
         if info.category is None and names is None:
-            raise InvalidOption(
-                info.name, "does not say what it shows", "convert it with 'orbitscan convert --category'"
-            )
+            remedy = "convert it with 'orbitscan convert --category'"
+            raise InvalidOption(info.name, "does not say what it shows", remedy)
         for view in session.views(range(0, info.views, every)):
             points = trim(finite(view.points)[0], trim_share)
             if len(points) < FEWEST_POINTS:
@@ -101,23 +98,22 @@ def gather(
             instance = info.instance or info.name
             unit = f"{info.category}/{instance}" + (f"/{info.name}/{view.index}" if split == "views" else "")
             turn = view.index / info.views_per_turn if info.views_per_turn else np.nan
-            row = (kept, weight, radius, _up(info.elevation_deg), info.category, turn, unit, info.name)
-            for column, value in zip(columns.values(), row, strict=True):
-                column.append(value)
-    if not columns["radii"]:
+            rows.append((kept, weight, radius, _up(info.elevation_deg), info.category, turn, unit, info.name))
+    if not rows:
         raise InvalidOption("recordings", "hold no view with points", "name others")
-    known = tuple(sorted(set(columns["category"]))) if names is None else tuple(names)
+    points, weights, radii, up, categories, turns, units, recordings = zip(*rows, strict=True)
+    known = tuple(sorted(set(categories))) if names is None else tuple(names)
     index = {name: i for i, name in enumerate(known)}
     return LabelledViews(
-        points=np.concatenate(columns["points"]),
-        starts=np.cumsum([0, *map(len, columns["points"])]),
-        weights=np.array(columns["weights"], np.float32),
-        radii=np.array(columns["radii"], np.float32),
-        up=np.array(columns["up"], np.float32),
-        categories=np.array([index.get(category, -1) for category in columns["category"]]),
-        turns=np.array(columns["turn"], np.float64),
-        units=np.array(columns["unit"]),
-        sessions=np.array(columns["of"]),
+        points=np.concatenate(points),
+        starts=np.cumsum([0, *map(len, points)]),
+        weights=np.array(weights, np.float32),
+        radii=np.array(radii, np.float32),
+        up=np.array(up, np.float32),
+        categories=np.array([index.get(category, -1) for category in categories]),
+        turns=np.array(turns, np.float64),
+        units=np.array(units),
+        sessions=np.array(recordings),
         names=known,
     )
 

@@ -16,7 +16,7 @@ from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveInt
 
 from orbitscan.processing.classification import checkpoint as files
 from orbitscan.processing.classification.augmentation import AugmentationSettings, augment
-from orbitscan.processing.classification.calibration import Sizes, calibrate, joint_logits, measure_sizes
+from orbitscan.processing.classification.calibration import calibrate, joint_logits, measure_sizes
 from orbitscan.processing.classification.checkpoint import Calibration, Checkpoint
 from orbitscan.processing.classification.evaluation import EpochRecord, Evaluator, StepRecord
 from orbitscan.processing.classification.initialization import Init, initialize
@@ -29,7 +29,6 @@ from orbitscan.recorder.sources.washington import RUNS
 
 _EVALUATED = 2000  # training views at most that the training loss is measured on, in evaluation mode
 _CURVE = 100  # views of either set at most that a StepRecord is measured on
-_NO_SIZES: Sizes = ((), ())
 
 
 @dataclass(frozen=True)
@@ -118,11 +117,10 @@ def train(
     known, unknown = _divide(views, split.train)
     held, _ = _divide(views, split.validation)
     repeated = np.tile(known, max(1, -(-settings.epoch_views // len(known))))
-    sizes = _NO_SIZES
+    by_size = Calibration()
     if settings.size:
-        sizes = measure_sizes(views.radii[repeated], views.categories[repeated], len(views.names))
-    prior = Calibration(size_means=sizes[0], size_deviations=sizes[1])
-    of_size = joint_logits(np.zeros((len(views), len(views.names))), views.radii, prior)  # the network adds the shape's
+        by_size = measure_sizes(views.radii[repeated], views.categories[repeated], len(views.names))
+    of_size = joint_logits(np.zeros((len(views), len(views.names))), views.radii, by_size)  # the shape's are added
     evaluator = Evaluator(views, of_size, settings.voxels, settings.precision, device)
     course = _Course(settings, seed, network, optimizer, evaluator, runs, repeated, unknown)
     for epoch in range(len(records), settings.epochs):
@@ -135,7 +133,7 @@ def train(
             content = {"network": network.state_dict(), "optimizer": optimizer.state_dict()}
             files.write(key | content | {"records": [asdict(record) for record in records]}, state)
         yield record
-    yield _finish(course, structure, sizes, held, _divide(views, split.test)[0])
+    yield _finish(course, structure, by_size, held, _divide(views, split.test)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,11 +206,12 @@ def _measure_loss(course: _Course, rows: np.ndarray, generator: torch.Generator)
     return loss
 
 
-def _finish(course: _Course, structure: str, sizes: Sizes, held: np.ndarray, test: np.ndarray) -> Checkpoint:
+def _finish(course: _Course, structure: str, by_size: Calibration, held: np.ndarray, test: np.ndarray) -> Checkpoint:
     """The trained network as a Checkpoint: calibrated on the validation rows `held`, measured on them and on `test`."""
     network, evaluator, views = course.network, course.evaluator, course.evaluator.views
     logits = evaluator.predict(network, held)
-    calibration = calibrate(logits, views.radii[held], views.categories[held], views.sessions[held], sizes, course.seed)
+    of_held = views.radii[held], views.categories[held], views.sessions[held]
+    calibration = calibrate(logits, *of_held, by_size, course.seed)
     return Checkpoint(
         weights={name: weight.detach().cpu() for name, weight in network.state_dict().items()},
         structure=structure,

@@ -1,7 +1,7 @@
 """Figures with matplotlib, readable in black and white: hatches and line styles tell apart what colours do."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib import rc_context
@@ -28,21 +28,15 @@ def new_figure(
 
 def draw_boxes(axes: Axes, samples: Mapping[str, Sequence[float]], label: str, sideways: bool = False) -> None:
     """Draw a notched box and the runs as points for each sample; for few runs their points and median alone."""
+    median: dict[str, Any] = {"color": "black", "linewidth": 1.5}
     for place, values in enumerate(samples.values()):
         if len(values) >= _NOTCHED:
-            axes.boxplot(
-                values,
-                positions=[place],
-                orientation="horizontal" if sideways else "vertical",
-                widths=0.5,
-                notch=True,
-                showfliers=False,
-                medianprops={"color": "black", "linewidth": 1.5},
-            )
+            way: Literal["horizontal", "vertical"] = "horizontal" if sideways else "vertical"
+            box: dict[str, Any] = {"widths": 0.5, "notch": True, "showfliers": False, "medianprops": median}
+            axes.boxplot(values, positions=[place], orientation=way, **box)
         else:
-            (axes.vlines if sideways else axes.hlines)(
-                np.median(values), place - 0.25, place + 0.25, color="black", linewidth=1.5
-            )
+            draw = axes.vlines if sideways else axes.hlines
+            draw(np.median(values), place - 0.25, place + 0.25, **median)
         spread = place + (np.linspace(-0.12, 0.12, len(values)) if len(values) > 1 else np.zeros(1))
         along = (values, spread) if sideways else (spread, values)
         axes.plot(*along, "o", markersize=3, color=COLORS[0], alpha=0.7, markeredgewidth=0)
@@ -75,16 +69,7 @@ def draw_bars(axes: Axes, groups: Sequence[str], series: Mapping[str, Sequence[f
     places = np.arange(len(groups))
     for i, (name, values) in enumerate(series.items()):
         offset = (i - (len(series) - 1) / 2) * width
-        axes.bar(
-            places + offset,
-            values,
-            width,
-            color=COLORS[i],
-            hatch=HATCHES[i],
-            edgecolor="white",
-            linewidth=0.5,
-            label=name,
-        )
+        axes.bar(places + offset, values, width, label=name, **bar_style(i))
     axes.set_xticks(places, groups)
     axes.set_ylabel(label)
     axes.grid(visible=False, axis="x")
@@ -96,29 +81,44 @@ def draw_stacks(axes: Axes, groups: Mapping[str, Mapping[str, tuple[float, float
         width = 0.8 / len(methods)
         for i, (method, (registration, removal)) in enumerate(methods.items()):
             x = place + (i - (len(methods) - 1) / 2) * width
-            style: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.5, "width": 0.95 * width}
             named = f"{method}: registration" if not place else None
-            axes.bar(x, registration, color=COLORS[i], hatch=HATCHES[i], label=named, **style)
-            last = i == len(methods) - 1 and not place
-            named = "removal of outliers" if last else None
-            axes.bar(x, removal, bottom=registration, color="black", label=named, **style)
+            axes.bar(x, registration, 0.95 * width, label=named, **bar_style(i))
+            named = "removal of outliers" if i == len(methods) - 1 and not place else None
+            axes.bar(
+                x, removal, 0.95 * width, registration, label=named, color="black", edgecolor="white", linewidth=0.5
+            )
     axes.set_xticks(range(len(groups)), list(groups))
     axes.set_ylabel("seconds, one thread")
     axes.grid(visible=False, axis="x")
 
 
+def bar_style(number: int) -> dict[str, Any]:
+    """How the bars of a series look, told apart by hatches too."""
+    return {"color": COLORS[number], "hatch": HATCHES[number], "edgecolor": "white", "linewidth": 0.5}
+
+
 def draw_matrix(axes: Axes, counts: np.ndarray, names: Sequence[str]) -> None:
     """Draw counts (true category, found category) as a confusion matrix in per cent of each row."""
     shares = 100 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    axes.imshow(shares, cmap="Greys", vmin=0, vmax=100)
-    for row, column in zip(*np.nonzero(shares >= 0.5), strict=True):
-        color = "white" if shares[row, column] > 50 else "black"
-        axes.text(column, row, f"{shares[row, column]:.0f}", ha="center", va="center", color=color, fontsize=7)
+    draw_shares(axes, shares, shares >= 0.5, fontsize=7)
     axes.set_xticks(range(len(names)), names, rotation=45, ha="right", rotation_mode="anchor")
     axes.set_yticks(range(len(names)), names)
-    axes.set_xlabel("taken for")
-    axes.set_ylabel("true category")
+    axes.set(xlabel="taken for", ylabel="true category")
+
+
+def draw_shares(axes: Axes, shares: np.ndarray, written: np.ndarray, fontsize: int, **options: Any) -> None:
+    """Draw shares (R, C) in per cent as cells, black for all, with the numbers of those that are `written` (R, C)."""
+    axes.imshow(shares, cmap="Greys", vmin=0, vmax=100, **options)
+    for row, column in zip(*np.nonzero(written), strict=True):
+        color = "white" if shares[row, column] > 50 else "black"
+        text = f"{shares[row, column]:.0f}"
+        axes.text(column, row, text, ha="center", va="center", color=color, fontsize=fontsize)
     axes.grid(visible=False)
+
+
+def name_row(axes: Axes, x: float, name: str, **options: Any) -> None:
+    """Write the name of a row of pictures upwards beside its first axes, at `x` in their widths."""
+    axes.text(x, 0.5, name, transform=axes.transAxes, rotation=90, ha="right", va="center", **options)
 
 
 def legend_below(figure: Figure, axes: Axes) -> None:

@@ -84,5 +84,9 @@ def _key(task: Task) -> dict[str, Any]:
 
 
 def _path(folder: Path, task: Task) -> Path:
-    digest = hashlib.sha256(json.dumps(_key(task), sort_keys=True).encode()).hexdigest()
-    return folder / f"{task.name}-{digest[:12]}.json"
+    return folder / f"{task.name}-{digest(_key(task))}.json"
+
+
+def digest(key: dict[str, Any]) -> str:
+    """Twelve digits, for the name of a file, that tell a key from others."""
+    return hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:12]

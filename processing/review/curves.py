@@ -1,8 +1,9 @@
 """Curves over the views: what a method's errors, evidence and seconds are, and a writer that completes them."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
+from typing import TypeGuard
 
 import numpy as np
 import rerun as rr
@@ -13,6 +14,7 @@ from orbitscan.processing.review import entities
 ROUNDING = 1e-9  # smaller errors are those of the arithmetic: view {0} has no logarithm
 
 Value = tuple[str, float | None]  # a curve's entity, and its value at a view
+Numbers = Sequence[float] | np.ndarray
 Style = tuple[entities.Color, str, float]  # colour, name, width
 
 
@@ -56,16 +58,12 @@ class Curves:
     def __init__(self, stream: rr.RecordingStream) -> None:
         self._stream = stream
         self._views: defaultdict[str, set[int]] = defaultdict(set)  # curve -> the views it has
-        self._styles: dict[str, Style] = {}  # of curves whose path does not tell it
-
-    def choose_styles(self, styles: Mapping[str, Style]) -> None:
-        """Sets how curves look whose path alone does not tell that."""
-        self._styles |= styles
+        self.styles: dict[str, Style] = {}  # of curves whose path does not tell it
 
     def add(self, view: int, values: Iterable[Value]) -> None:
         """Writes the values of a view, at the stream's current time."""
         for path, value in values:
-            if value is not None and np.isfinite(value):
+            if _is_known(value):
                 self._style(path)
                 self._views[path].add(view)
                 self._stream.log(path, rr.Scalars(value))
@@ -75,22 +73,35 @@ class Curves:
         missing: defaultdict[str, dict[int, float]] = defaultdict(dict)
         for view, of_view in values.items():
             for path, value in of_view:
-                if value is not None and np.isfinite(value) and view not in self._views[path]:
+                if _is_known(value) and view not in self._views[path]:
                     missing[path][view] = value
         for path, curve in missing.items():
             self._style(path)
             self._views[path].update(curve)
             stamps = np.array([stamps_ns[view] for view in curve], dtype="datetime64[ns]")
-            self._stream.send_columns(
-                path,
-                indexes=[
-                    rr.TimeColumn(entities.VIEW_TIMELINE, sequence=list(curve)),
-                    rr.TimeColumn(entities.STAMP_TIMELINE, timestamp=stamps),
-                ],
-                columns=rr.Scalars.columns(scalars=list(curve.values())),
-            )
+            times = [
+                rr.TimeColumn(entities.VIEW_TIMELINE, sequence=list(curve)),
+                rr.TimeColumn(entities.STAMP_TIMELINE, timestamp=stamps),
+            ]
+            self._stream.send_columns(path, times, rr.Scalars.columns(scalars=list(curve.values())))
 
     def _style(self, path: str) -> None:
         if not self._views[path]:
-            color, name, width = self._styles.get(path) or entities.curve_style(path)
-            self._stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[width]), static=True)
+            self._stream.log(path, draw_line(*(self.styles.get(path) or entities.curve_style(path))), static=True)
+
+
+def log_curve(
+    stream: rr.RecordingStream, path: str, style: Style, times: Sequence[rr.TimeColumn], values: Numbers
+) -> None:
+    """Writes a whole curve: how it looks, and its values at the times."""
+    stream.log(path, draw_line(*style), static=True)
+    stream.send_columns(path, times, rr.Scalars.columns(scalars=values))
+
+
+def draw_line(color: entities.Color, name: str, width: float = 2.0) -> rr.SeriesLines:
+    """How a curve looks."""
+    return rr.SeriesLines(colors=[color], names=[name], widths=[width])
+
+
+def _is_known(value: float | None) -> TypeGuard[float]:
+    return value is not None and bool(np.isfinite(value))

@@ -96,21 +96,6 @@ def cloud_path(method: str, view: int) -> str:
     return f"{view_path(method, view)}/points"
 
 
-def pair_path(source: int, target: int) -> str:
-    """The entity of a pair, named target first: `/pairs/016_017` is view 17 registered to view 16."""
-    return f"/pairs/{target:03d}_{source:03d}"
-
-
-def gap_path(number: int) -> str:
-    """The entity of an arc of azimuths that no view covers, in frame {0}."""
-    return f"/coverage/gap_{number:02d}"
-
-
-def graph_path(view: int) -> str:
-    """The entity of a view's edges to the views before it, in frame {0}."""
-    return f"/graph/view_{view:03d}"
-
-
 def status_color(status: Status) -> Color | None:
     """The colour of what is not ok: one for a motion left free, another for all that fails; None for ok."""
     return None if status == Status.OK else status.color

@@ -66,7 +66,8 @@ def lay_out_foxglove(placement: Placement, info: SessionInfo) -> dict[str, Any]:
 
 
 def _view_3d(placement: Placement) -> dict[str, Any]:
-    diameter = _diameter(placement.points)
+    low, high = np.percentile(placement.points, [1, 99], axis=0)
+    diameter = max(float(np.linalg.norm(high - low)), 1e-6)
     distance = MARGIN * diameter / 2 / np.sin(np.radians(FIELD_OF_VIEW_DEG / 2))
     farthest = max(float(np.linalg.norm(T[:3, 3])) for T in placement.T_object_i.values())
     stamps = placement.stamps_ns.values()
@@ -113,7 +114,7 @@ def _view_3d(placement: Placement) -> dict[str, Any]:
 
 
 def _colors(placement: Placement) -> dict[str, Any]:
-    """As captured, else from the first view's bottom to its top: fields are the camera's, whose y points down."""
+    """How points are coloured: as captured, else by height: along the first camera's y, which points down."""
     if placement.colored:
         return {"colorMode": "rgba-fields"}
     T_object_0 = next(iter(placement.T_object_i.values()))
@@ -143,11 +144,6 @@ go back to the start and play again.
 
 Frame `object`: z up, y away from the first view's sensor, the origin amid the object; metres.
 """
-
-
-def _diameter(points: np.ndarray) -> float:
-    low, high = np.percentile(points, [1, 99], axis=0)
-    return max(float(np.linalg.norm(high - low)), 1e-6)
 
 
 def _rounded(value: float) -> float:

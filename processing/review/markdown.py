@@ -8,7 +8,7 @@ ENUMERATED = 10  # views that a sentence names, at most
 
 
 def number(value: float | None) -> str:
-    """Three digits; what is below a millionth is rounding."""
+    """A number in three digits; what is below a millionth is rounding."""
     if value is None:
         return ""
     return "0" if abs(value) < 1e-6 else f"{value:.3g}"
@@ -20,7 +20,7 @@ def in_mm(metres: float | None) -> str:
 
 
 def count(value: int | None) -> str:
-    """With commas between thousands."""
+    """A whole number with commas between thousands."""
     return "" if value is None else f"{value:,}"
 
 
@@ -29,10 +29,20 @@ def percent(share: float | None) -> str:
     return "" if share is None else f"{share:.0%}"
 
 
+def enumerate_some(words: Sequence[str], most: int = ENUMERATED) -> str:
+    """The first words, and how many more there are."""
+    more = len(words) - most
+    return ", ".join(words[:most]) + (f" and {more} more" if more > 0 else "")
+
+
 def enumerate_views(views: Sequence[int]) -> str:
     """The first of them, and how many more there are."""
-    shown = ", ".join(map(str, views[:ENUMERATED]))
-    return shown + (f" and {len(views) - ENUMERATED} more" if len(views) > ENUMERATED else "")
+    return enumerate_some([str(view) for view in views])
+
+
+def plural(count: int, noun: str) -> str:
+    """A noun as it stands after a number."""
+    return noun if count == 1 else f"{noun}s"
 
 
 def name_view(view: int, name: str) -> str:

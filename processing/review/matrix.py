@@ -8,10 +8,9 @@ import rerun.blueprint as rrb
 
 from orbitscan.processing.review import entities
 
-_PIXELS = 24  # of a cell
+PIXELS = 24  # of a cell
 _EMPTY: entities.Color = (52, 54, 60)
 _GRID: entities.Color = (90, 92, 100)
-_WORDS: entities.Color = (255, 255, 255)  # on the dark bubble that Rerun puts behind labels in either theme
 _MARGIN_LEFT, _MARGIN_TOP = 2.6, 1.5  # cells for the names
 _LIFT = 0.2  # of a cell: a label is drawn below its point
 
@@ -27,38 +26,33 @@ def draw_matrix(counts: np.ndarray, rows: Sequence[str], columns: Sequence[str])
     full = np.where(right[..., None], entities.GOOD_COLOR, entities.BAD_COLOR)
     strength = np.where(counts > 0, 0.1 + 0.9 * np.sqrt(share), 0.0)[..., None]  # the root: one in a hundred shows
     cells = ((1 - strength) * np.array(_EMPTY) + strength * full).round().astype(np.uint8)
-    image = np.kron(cells, np.ones((_PIXELS, _PIXELS, 1), np.uint8))
-    image[::_PIXELS], image[:, ::_PIXELS] = _GRID, _GRID
+    image = np.kron(cells, np.ones((PIXELS, PIXELS, 1), np.uint8))
+    image[::PIXELS], image[:, ::PIXELS] = _GRID, _GRID
     row, column = np.nonzero(counts)
     numbers = np.stack([column + 0.5, row + 0.5 - _LIFT], axis=1)
     left = [[-0.5 * _MARGIN_LEFT, i + 0.5 - _LIFT] for i in range(len(rows))]
     above = [[j + 0.5, -0.6 - _LIFT] for j in range(len(columns))]
+    words = [*(name.replace("_", " ") for name in rows), *(name.replace("_", "\n") for name in columns)]
     return {
         "cells": rr.Image(image),
-        "numbers": _label(numbers, [f"{count:,}" for count in counts[row, column]]),
-        "names": _label(
-            np.array([*left, *above]), [_wrap(name, " ") for name in rows] + [_wrap(name, "\n") for name in columns]
-        ),
+        "numbers": label_cells(numbers, [f"{count:,}" for count in counts[row, column]]),
+        "names": label_cells([*left, *above], words),
     }
 
 
 def view_matrix(origin: str, name: str, rows: int, columns: int) -> rrb.Spatial2DView:
     """The view of a matrix that is drawn at `origin`."""
-    x, y = np.array([-_MARGIN_LEFT, columns + 0.3]) * _PIXELS, np.array([-_MARGIN_TOP, rows + 0.3]) * _PIXELS
-    return rrb.Spatial2DView(
-        origin=origin,
-        name=name,
-        background=entities.BACKGROUND,
-        visual_bounds=rrb.VisualBounds2D(x_range=tuple(x), y_range=tuple(y)),
-    )
+    return view_cells(origin, name, (-_MARGIN_LEFT, columns + 0.3), (-_MARGIN_TOP, rows + 0.3))
 
 
-def _label(cells: np.ndarray, labels: Sequence[str]) -> rr.Points2D:
-    """Words at places (N, 2) in cells."""
-    return rr.Points2D(
-        cells.reshape(-1, 2) * _PIXELS, labels=labels, show_labels=True, radii=0.01, colors=_WORDS, draw_order=1.0
-    )
+def view_cells(origin: str, name: str, x: tuple[float, float], y: tuple[float, float]) -> rrb.Spatial2DView:
+    """The view of what is drawn at `origin` between two places on each axis, in cells."""
+    x_range, y_range = ((PIXELS * low, PIXELS * high) for low, high in (x, y))
+    bounds = rrb.VisualBounds2D(x_range=x_range, y_range=y_range)
+    return rrb.Spatial2DView(origin=origin, name=name, background=entities.BACKGROUND, visual_bounds=bounds)
 
 
-def _wrap(name: str, separator: str) -> str:
-    return name.replace("_", separator)
+def label_cells(cells: Sequence[Sequence[float]] | np.ndarray, labels: Sequence[str]) -> rr.Points2D:
+    """Words at places (N, 2) in cells, white on the dark bubble that Rerun puts behind labels in either theme."""
+    places = np.array(cells, float).reshape(-1, 2) * PIXELS
+    return rr.Points2D(places, labels=labels, show_labels=True, radii=0.01, colors=entities.LABEL_COLOR, draw_order=1.0)

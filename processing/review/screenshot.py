@@ -213,20 +213,16 @@ def _explain(error: ConnectionError, process: subprocess.Popen, stderr: BinaryIO
     if process.poll() is None:
         if not _is_slow(error):
             return error
-        return NoViewer(
-            "the viewer", f"does not answer within {SECONDS_TO_LOAD:.0f} s", "try again when less is running"
-        )
+        problem = f"does not answer within {SECONDS_TO_LOAD:.0f} s"
+        return NoViewer("the viewer", problem, "try again when less is running")
     stderr.seek(0)
     last = stderr.read().decode("utf-8", "replace")
     if any(words in last for words in _NO_DRIVER):
         problem = "does not start without a display here: it finds no Vulkan driver"
         return NoViewer("the viewer", problem, "on Debian and Ubuntu: apt install mesa-vulkan-drivers libvulkan1")
     said = next((line.strip() for line in last.splitlines() if "panicked" in line), "")
-    return NoViewer(
-        "the viewer",
-        f"ended with status {process.returncode}{said and f' ({said})'}",
-        "see whether 'rerun' starts here",
-    )
+    problem = f"ended with status {process.returncode}{said and f' ({said})'}"
+    return NoViewer("the viewer", problem, "see whether 'rerun' starts here")
 
 
 def _free_port() -> int:

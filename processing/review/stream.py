@@ -65,20 +65,10 @@ class GrowingRecording:
             if not (self._is_live and "gRPC" in str(error)):
                 raise OSError(errno.EIO, str(error)) from error
 
-    def close(self) -> None:
-        """Completes the file."""
-        self.stream.disconnect()
-
 
 def make_document(markdown: str) -> rr.TextDocument:
     """Words that a text view shows as Markdown."""
     return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)
-
-
-def make_blueprint(content: rrb.Container | rrb.View, time: rrb.TimePanel) -> rrb.Blueprint:
-    """A layout that shows the content alone, with the viewer's own panels folded away."""
-    panels = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
-    return rrb.Blueprint(content, time, *panels, auto_views=False, auto_layout=False)
 
 
 def open_stream(recording_id: str) -> rr.RecordingStream:

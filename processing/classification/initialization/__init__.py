@@ -13,7 +13,6 @@ from orbitscan.processing.classification.voxels import VoxelSettings, voxel_grid
 
 Init = Literal["glorot", "dcae", "kmeans-pca", "kmeans-zca"]
 _WHITENINGS: dict[Init, kmeans.Kind] = {"kmeans-pca": "pca", "kmeans-zca": "zca"}
-_BATCH = 64
 
 
 def initialize(
@@ -30,26 +29,21 @@ def initialize(
 ) -> None:
     """Change a Glorot network, in place, to the first weights that `init` names.
 
-    They are learnt from the shapes of the chosen views, without their labels.
-
-    Raises InvalidOption where the structure has nothing to give them to.
+    They are learnt from the shapes of the chosen views, without their labels. Raises InvalidOption where the
+    structure has nothing to give them to.
     """
     if init == "dcae":
         rng = np.random.default_rng(seed)
+        pretraining = autoencoder.AutoencoderSettings(bfloat16=precision == "bfloat16")
 
         def batches() -> Iterator[torch.Tensor]:
-            order = rng.permutation(rows)
-            return (voxel_grids(views.clouds(chosen, device), voxels) for chosen in _cut(order))
+            cut = np.array_split(rng.permutation(rows), -(-len(rows) // pretraining.batch))
+            return (voxel_grids(views.clouds(chosen, device), voxels) for chosen in cut)
 
         shorthand = autoencoder.mirror(structure)
-        pretraining = autoencoder.AutoencoderSettings(bfloat16=precision == "bfloat16")
         pretrained = autoencoder.pretrain(batches, pretraining, seed, device, shorthand, voxels.div)
         autoencoder.hand_over(pretrained, network)
     elif init != "glorot":
         clustering = kmeans.KMeansSettings(whitening=_WHITENINGS[init])
         some = np.random.default_rng(seed).permutation(rows)[: clustering.at_most]
         kmeans.set_first_filters(network, [views.cloud(row) for row in some], voxels, clustering, seed)
-
-
-def _cut(rows: np.ndarray) -> list[np.ndarray]:
-    return np.array_split(rows, -(-len(rows) // _BATCH))

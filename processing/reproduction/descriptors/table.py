@@ -14,7 +14,7 @@ from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.reproduction.runs import keep
 from orbitscan.processing.reproduction.training import data, initializations
-from orbitscan.processing.reproduction.training.initializations import NAMES
+from orbitscan.processing.reproduction.training.initializations import NAMES, draw_score_boxes
 from orbitscan.processing.reproduction.training.run import Runs, average, change_thesis, column
 
 THESIS: dict[Kind, tuple[float, int]] = {  # accuracy [%], seconds for TESTED views
@@ -28,6 +28,7 @@ THESIS_NETWORK_S = 0.1  # at most, on a GPU
 SAME = "Glorot, same test views"  # the network on what the descriptors name
 CONTROL = f"Glorot, {KNOWN} views each"  # and on what they know
 SECONDS = f"seconds_for_{TESTED}"
+Results = Sequence[dict[str, Any]]  # of several runs
 _STAR = {"linestyle": "", "marker": "*", "markersize": 10, "color": "black", "markeredgecolor": "white"}
 
 
@@ -75,29 +76,22 @@ def _tabulate(networks: Runs, matched: Runs) -> list[Row]:
     ]
     for name, runs in matched.items():
         accuracy, seconds = _BY_NAME.get(name, (None, None))
-        rows.append(
-            _row(name, runs, runs, str(runs[0]["tested"]), accuracy, seconds if seconds is None else str(seconds))
-        )
+        written = None if seconds is None else str(seconds)
+        rows.append(_row(name, runs, runs, str(runs[0]["tested"]), accuracy, written))
     return rows
 
 
-def _row(
-    name: str,
-    runs: Sequence[dict[str, Any]],
-    timed: Sequence[dict[str, Any]],
-    tested: str,
-    thesis_accuracy: float | None,
-    thesis_seconds: str | None,
-) -> Row:
+def _row(name: str, runs: Results, timed: Results, tested: str, accuracy: float | None, seconds: str | None) -> Row:
+    """The row of a classifier; accuracy and seconds are the thesis's."""
     return {
         "classifier": name,
         "known_views": timed[0]["known"],
         "tested_views": tested,
         "accuracy_percent": average(runs, "accuracy", 100),
-        "thesis_accuracy_percent": thesis_accuracy,
+        "thesis_accuracy_percent": accuracy,
         SECONDS: float(np.mean(_scale(timed))),
         f"{SECONDS}_gpu": _scale_gpu(timed),
-        "thesis_seconds": thesis_seconds,
+        "thesis_seconds": seconds,
         "seconds_measured": average(timed, "seconds"),
         "views_measured": timed[0]["tested"],
     }
@@ -150,40 +144,32 @@ def _rank(matched: Runs) -> str:
     )
 
 
-def _scale(runs: Sequence[dict[str, Any]], key: str = "seconds") -> list[float]:
+def _scale(runs: Results, key: str = "seconds") -> list[float]:
     """The seconds of every run for as many views as the thesis's."""
     return [run[key] * TESTED / run["tested"] for run in runs]
 
 
-def _scale_gpu(runs: Sequence[dict[str, Any]]) -> float | None:
+def _scale_gpu(runs: Results) -> float | None:
     """The mean seconds on the GPU for as many views as the thesis's; None where nothing ran on one."""
     return None if runs[0].get("gpu_seconds") is None else float(np.mean(_scale(runs, "gpu_seconds")))
 
 
 def _draw(runs: Runs, rows: Sequence[Row]) -> charts.Figure:
     figure, ((accuracy, seconds),) = charts.new_figure(1, 2, width=9, height=4)
-    charts.draw_boxes(
-        accuracy,
-        {name: column(found, "accuracy", 100) for name, found in runs.items()},
-        "accuracy of the test views [%]",
-        sideways=True,
-    )
+    draw_score_boxes(accuracy, runs, "accuracy", sideways=True)
     known = [(i, row) for i, row in enumerate(rows) if row["thesis_accuracy_percent"] is not None]
     accuracy.plot([row["thesis_accuracy_percent"] for _, row in known], [i for i, _ in known], label="thesis", **_STAR)
-    dots = {"linestyle": "", "markersize": 6}
-    seconds.plot(
-        [row[SECONDS] for row in rows], range(len(rows)), "o", color=charts.COLORS[0], label="one thread", **dots
-    )
+    dots, blue = {"linestyle": "", "markersize": 6}, charts.COLORS[0]
+    seconds.plot([row[SECONDS] for row in rows], range(len(rows)), "o", color=blue, label="one thread", **dots)
     gpu = [(i, row[f"{SECONDS}_gpu"]) for i, row in enumerate(rows) if row[f"{SECONDS}_gpu"]]
     if gpu:
-        style = {"markerfacecolor": "white", "color": charts.COLORS[0]} | dots
+        style = {"markerfacecolor": "white", "color": blue} | dots
         seconds.plot([value for _, value in gpu], [i for i, _ in gpu], "s", label="GPU", **style)
     given = [(i, _BY_NAME[name][1]) for i, name in enumerate(runs) if name in _BY_NAME]
     seconds.plot([value for _, value in given], [i for i, _ in given], **_STAR)
     below = [i for i, row in enumerate(rows) if str(row["thesis_seconds"]).startswith("<")]
-    seconds.plot(
-        [THESIS_NETWORK_S] * len(below), below, "<", color="black", label="thesis, less than that (GPU)", **dots
-    )
+    fast = [THESIS_NETWORK_S] * len(below)
+    seconds.plot(fast, below, "<", color="black", label="thesis, less than that (GPU)", **dots)
     seconds.set_xscale("log")
     seconds.set_xlabel(f"seconds for {TESTED} views [s]")
     seconds.set_yticks(range(len(rows)), [])

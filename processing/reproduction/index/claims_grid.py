@@ -8,10 +8,10 @@ import rerun.blueprint as rrb
 
 from orbitscan.processing.reproduction.claims import Claim, Verdict
 from orbitscan.processing.review import entities
+from orbitscan.processing.review.matrix import PIXELS, label_cells, view_cells
 
 _COLORS = {Verdict.HOLDS: entities.GOOD_COLOR, Verdict.FAILS: entities.BAD_COLOR, Verdict.OPEN: entities.ENTROPY_COLOR}
 _MARKS = {Verdict.HOLDS: "yes", Verdict.FAILS: "no", Verdict.OPEN: "?"}  # for those who do not tell the colours apart
-_PIXELS = 24  # of a cell
 _GAP = 2
 _NAMES = 4.5  # cells for a study's name
 _LIFT = 0.25  # of a cell: a label is drawn below its point
@@ -21,33 +21,26 @@ _COLUMNS = 10  # a study with more claims goes on in the next row
 def draw_claims(claims: Mapping[str, Sequence[Claim]]) -> dict[str, rr.AsComponents]:
     """The grid of each study's claims, given by the study's name: what to log below its entity, by name."""
     rows = _break_rows(claims)
-    image = np.full((len(rows) * _PIXELS, _COLUMNS * _PIXELS, 3), entities.BACKGROUND, np.uint8)
+    image = np.full((len(rows) * PIXELS, _COLUMNS * PIXELS, 3), entities.BACKGROUND, np.uint8)
     places, marks = [], []
     for row, (_, found) in enumerate(rows):
         for column, claim in enumerate(found):
-            top, left = row * _PIXELS + _GAP, column * _PIXELS + _GAP
-            image[top : top + _PIXELS - 2 * _GAP, left : left + _PIXELS - 2 * _GAP] = _COLORS[claim.verdict]
+            top, left = row * PIXELS + _GAP, column * PIXELS + _GAP
+            image[top : top + PIXELS - 2 * _GAP, left : left + PIXELS - 2 * _GAP] = _COLORS[claim.verdict]
             places.append((column + 0.5, row + 0.5 - _LIFT))
             marks.append(_MARKS[claim.verdict])
     names = {row: name for row, (name, _) in enumerate(rows) if name}
     return {
         "cells": rr.Image(image),
-        "marks": _label(places, marks),
-        "studies": _label([(-0.5 * _NAMES, row + 0.5 - _LIFT) for row in names], list(names.values())),
+        "marks": label_cells(places, marks),
+        "studies": label_cells([(-0.5 * _NAMES, row + 0.5 - _LIFT) for row in names], list(names.values())),
     }
 
 
 def view_claims(origin: str, claims: Mapping[str, Sequence[Claim]]) -> rrb.Spatial2DView:
     """The view of the grid of these claims, whose entity is `origin`."""
-    rows = len(_break_rows(claims))
-    return rrb.Spatial2DView(
-        origin=origin,
-        name="Claims of the thesis: green holds, red does not, grey cannot be told",
-        background=entities.BACKGROUND,
-        visual_bounds=rrb.VisualBounds2D(
-            x_range=(-_NAMES * _PIXELS, (_COLUMNS + 0.3) * _PIXELS), y_range=(-0.5 * _PIXELS, (rows + 0.5) * _PIXELS)
-        ),
-    )
+    title = "Claims of the thesis: green holds, red does not, grey cannot be told"
+    return view_cells(origin, title, (-_NAMES, _COLUMNS + 0.3), (-0.5, len(_break_rows(claims)) + 0.5))
 
 
 def _break_rows(claims: Mapping[str, Sequence[Claim]]) -> list[tuple[str, Sequence[Claim]]]:
@@ -58,9 +51,3 @@ def _break_rows(claims: Mapping[str, Sequence[Claim]]) -> list[tuple[str, Sequen
         for start in range(0, len(found), _COLUMNS)
     ]
     return rows or [("", [])]
-
-
-def _label(cells: Sequence[tuple[float, float]], labels: Sequence[str]) -> rr.Points2D:
-    """Words at places in cells."""
-    places = np.array(cells, float).reshape(-1, 2) * _PIXELS
-    return rr.Points2D(places, labels=labels, show_labels=True, radii=0.01, colors=(255, 255, 255), draw_order=1.0)

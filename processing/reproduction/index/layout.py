@@ -10,9 +10,8 @@ from orbitscan.processing.reproduction.claims import Verdict
 from orbitscan.processing.reproduction.index.claims_grid import view_claims
 from orbitscan.processing.reproduction.index.columns import name_column
 from orbitscan.processing.reproduction.index.study import Curve, StudyReview, collect_claims
-from orbitscan.processing.review import entities
 from orbitscan.processing.review.entities import entity_path
-from orbitscan.processing.review.stream import make_blueprint
+from orbitscan.processing.review.panels import HIDDEN, make_blueprint, view_3d
 
 SHARED_TIMELINE = "step_or_view"  # the viewer plots over one timeline at a time: here all curves are on it
 _EYE = np.array([0.8, 0.8, 0.7])  # from an object's centre, in its sizes
@@ -70,16 +69,7 @@ def _view_models(study: StudyReview) -> list[rrb.Horizontal]:
     tabs = []
     for thing, models in study.models.items():
         eye = _look_at(np.concatenate([points for points, _ in models.values()]))
-        views = [
-            rrb.Spatial3DView(
-                origin=study.model_path(thing, method),
-                name=method,
-                background=entities.BACKGROUND,
-                line_grid=False,
-                eye_controls=eye,
-            )
-            for method in models
-        ]
+        views = [view_3d(study.model_path(thing, method), method, eye) for method in models]
         tabs.append(rrb.Horizontal(*views, name=thing))
     return tabs
 
@@ -101,7 +91,7 @@ def _view_curves(study: StudyReview, curves: Sequence[Curve]) -> rrb.Container:
             rrb.TimeSeriesView(
                 origin=study.plot_path(plot, quantity),
                 name=name_column(quantity),
-                plot_legend=rrb.Corner2D.RightBottom if i == 0 else rrb.PlotLegend(visible=False),
+                plot_legend=HIDDEN if i else rrb.Corner2D.RightBottom,
             )
             for i, quantity in enumerate(quantities)
         ]

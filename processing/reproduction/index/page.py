@@ -73,8 +73,9 @@ def number(name: str) -> str:
 def _lay_out(study: SavedReport, folder: Path) -> dict[str, Any]:
     """What the template shows of a study."""
     columns = lay_out_columns(study.rows)
-    pictures = [(name, folder / f"{name}.png") for name in study.figures]
-    names = [study.name, *study.figures]
+    pictures = {name: folder / f"{name}.png" for name in study.figures}
+    inlined = {name: base64.b64encode(path.read_bytes()).decode() for name, path in pictures.items() if path.exists()}
+    names, words = [study.name, *study.figures], _describe_figure(study, columns)
     beside = [f"{name}.{ending}" for name in dict.fromkeys(names) for ending in ("csv", "json", "svg", "png")]
     rows = len(study.rows)
     return {
@@ -85,9 +86,8 @@ def _lay_out(study: SavedReport, folder: Path) -> dict[str, Any]:
         "claims": study.claims,
         "counts": count_verdicts(study.claims),
         "figures": [
-            {"source": _inline(path), "words": _describe_figure(study, columns), "number": number(name)}
-            for name, path in pictures
-            if path.exists()
+            {"source": f"data:image/png;base64,{png}", "words": words, "number": number(name)}
+            for name, png in inlined.items()
         ],
         "columns": columns,
         "rows": rows,
@@ -96,10 +96,6 @@ def _lay_out(study: SavedReport, folder: Path) -> dict[str, Any]:
         "command": shorten_command(study.command),
         "settings": {name_column(key): _write(value) for key, value in study.settings.items()},
     }
-
-
-def _inline(picture: Path) -> str:
-    return "data:image/png;base64," + base64.b64encode(picture.read_bytes()).decode("ascii")
 
 
 def _describe_figure(study: SavedReport, columns: Sequence[Column]) -> str:

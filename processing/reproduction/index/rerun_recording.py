@@ -12,6 +12,7 @@ from orbitscan.processing.reproduction.index.layout import SHARED_TIMELINE, lay_
 from orbitscan.processing.reproduction.index.study import StudyReview, collect_claims
 from orbitscan.processing.reproduction.report import SavedReport
 from orbitscan.processing.review import entities
+from orbitscan.processing.review.curves import log_curve
 from orbitscan.processing.review.entities import entity_path
 from orbitscan.processing.review.stream import make_document, whole_recording
 
@@ -81,11 +82,9 @@ def _log_study(stream: rr.RecordingStream, study: StudyReview) -> None:
     curves = study.curves
     line_colors = _color_lines(list(dict.fromkeys(curve.line for curve in curves)))
     for curve in curves:
-        style = rr.SeriesLines(colors=[line_colors[curve.line]], names=[curve.line], widths=[2.0])
         path = study.plot_path(curve.plot, curve.quantity) + entity_path(curve.line or "all")
-        stream.log(path, style, static=True)
         times = [rr.TimeColumn(name, sequence=curve.times) for name in (curve.timeline, SHARED_TIMELINE)]
-        stream.send_columns(path, times, rr.Scalars.columns(scalars=curve.values))
+        log_curve(stream, path, (line_colors[curve.line], curve.line, 2.0), times, curve.values)
 
 
 def _color_lines(lines: Sequence[str]) -> dict[str, entities.Color]:

@@ -1,6 +1,7 @@
 """Pictures of the overlap study: success against the overlap, against the start, and against both."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -37,18 +38,10 @@ def _draw_lines(axes: charts.Axes, x: Sequence[float], find: Callable[[str, int]
         known = [(place, found) for j, place in enumerate(x) if (found := find(method, j))]
         shares = np.array([100 * mean(found, "success") for _, found in known])
         ends = np.array([interval(found) for _, found in known])
-        axes.errorbar(
-            [place + (i - (len(METHODS) - 1) / 2) * aside for place, _ in known],
-            shares,
-            np.abs(ends.T - shares),
-            label=method,
-            color=charts.COLORS[i],
-            linestyle=charts.LINES[i],
-            marker=charts.MARKERS[i],
-            markersize=4,
-            elinewidth=0.8,
-            capsize=2,
-        )
+        places = [place + (i - (len(METHODS) - 1) / 2) * aside for place, _ in known]
+        line: dict[str, Any] = {"color": charts.COLORS[i], "linestyle": charts.LINES[i], "marker": charts.MARKERS[i]}
+        whiskers = np.abs(ends.T - shares)
+        axes.errorbar(places, shares, whiskers, label=method, markersize=4, elinewidth=0.8, capsize=2, **line)
     axes.set_ylabel("success [%]")
     axes.set_ylim(-3, 103)
 
@@ -57,12 +50,8 @@ def _draw_map(axes: charts.Axes, trials: Sequence[Trial], azimuths: Sequence[int
     shares = np.array(
         [[100 * mean(choose(trials, azimuth_deg=a, start_deg=s), "success") for a in azimuths] for s in starts]
     )
-    axes.imshow(shares, cmap="Greys", vmin=0, vmax=100, aspect="auto")
-    for (i, j), share in np.ndenumerate(shares):
-        color = "white" if share > 50 else "black"
-        axes.text(j, i, f"{share:.0f}", ha="center", va="center", color=color, fontsize=8)
+    charts.draw_shares(axes, shares, np.isfinite(shares), fontsize=8, aspect="auto")
     axes.set_xticks(range(len(azimuths)), list(map(str, azimuths)))
     axes.set_yticks(range(len(starts)), list(map(str, starts)))
     axes.set(xlabel="views apart [degrees]", ylabel="turn of the start [degrees]")
     axes.set_title(f"{trials[0]['method']}: success [%]", fontsize=9)
-    axes.grid(visible=False)

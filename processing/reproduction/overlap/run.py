@@ -56,7 +56,8 @@ def register_pairs(task: Pairs) -> dict[str, Any]:
     trials = []
     for start in task.starts_deg:
         session = pair_up(circle, source, start)
-        off = _start_error_deg(session)
+        truth = session.truth()
+        off = float(np.degrees(poses.rotation_angle(truth[0][:3, :3].T @ truth[1][:3, :3])))  # the identity
         for method, pair in _register(session, task.seed):
             trials.append({"start_deg": start, "start_error_deg": off, "method": method} | _describe(pair))
     return {"overlap": measure_overlap(circle, source, diameter), "diameter_m": diameter, "trials": trials}
@@ -88,12 +89,6 @@ def measure_overlap(circle: Session, source: int, diameter: float) -> float:
     placed = poses.transform(poses.invert(truth[0]) @ truth[source], circle.load(source).points)
     distances, _ = cKDTree(circle.load(0).points).query(placed, distance_upper_bound=GATE_SHARE * diameter)
     return float(np.isfinite(distances).mean())
-
-
-def _start_error_deg(session: Session) -> float:
-    """How far the identity is from the true rotation [degrees]."""
-    truth = session.truth()
-    return float(np.degrees(poses.rotation_angle(truth[0][:3, :3].T @ truth[1][:3, :3])))
 
 
 def _register(session: Session, seed: int) -> Iterator[tuple[str, PairEstimate]]:

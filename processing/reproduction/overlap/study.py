@@ -163,8 +163,6 @@ def _compare_objects(trials: Sequence[Trial]) -> str:
 
 def _count_wrong(trials: Sequence[Trial]) -> str:
     """How often a pose that is called ok is wrong, in words."""
-    said = []
-    for method in METHODS:
-        found = choose(trials, method=method, status="ok")
-        said.append(f"{method} {sum(trial['ok_but_wrong'] for trial in found)} of {len(found)}")
+    found = {method: choose(trials, method=method, status="ok") for method in METHODS}
+    said = [f"{m} {sum(trial['ok_but_wrong'] for trial in ok)} of {len(ok)}" for m, ok in found.items()]
     return f"Poses called ok that are wrong: {', '.join(said)}."

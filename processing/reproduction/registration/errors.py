@@ -1,22 +1,15 @@
 """Figure 5.8: the errors of each frame, by ICP alone, by RANSAC and then ICP, and by our methods."""
 
 from collections.abc import Callable, Sequence
+from operator import itemgetter
 
 import numpy as np
 
 from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.claims import Claim, Verdict, compare
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.registration.run import (
-    METHODS,
-    OBJECTS,
-    THESIS,
-    Run,
-    choose_runs,
-    describe_settings,
-    run_all,
-    split_by_spacing,
-)
+from orbitscan.processing.reproduction.registration import run as circles
+from orbitscan.processing.reproduction.registration.run import METHODS, OBJECTS, THESIS, Run, choose_runs
 from orbitscan.processing.reproduction.report import Report, Row
 from orbitscan.processing.settings import Settings
 
@@ -25,24 +18,14 @@ ERRORS = {  # of errors.csv -> name, unit, factor
     "rotation_error_chordal": ("rotation error", "chordal", 1.0),
 }
 _LEAST = 1e-6  # what a logarithmic axis shows of no error
-_SHOWN = (
-    "object",
-    "views",
-    "part",
-    "method",
-    "failed_views",
-    "median_translation_mm",
-    "max_translation_mm",
-    "median_chordal",
-    "max_chordal",
-    "max_center_mm",
-)
+_SHOWN: tuple[str, ...] = ("object", "views", "part", "method", "failed_views")
+_SHOWN += ("median_translation_mm", "max_translation_mm", "median_chordal", "max_chordal", "max_center_mm")
 
 
 def compare_errors(plan: Plan) -> Report:
     """Figure 5.8: translation (5.1) and rotation errors (5.2) of every frame by every method."""
-    runs = run_all(plan)
-    sparse, dense = split_by_spacing(runs)
+    runs = circles.run_all(plan)
+    sparse, dense = circles.split_by_spacing(runs)
     return Report(
         "figure-5.8",
         "Errors of each frame",
@@ -50,7 +33,7 @@ def compare_errors(plan: Plan) -> Report:
         said=[describe_gate(sparse, dense), *map(describe_methods, (sparse, dense))],
         claims=[*claim_objects(sparse), *claim_objects(dense), *claim_each_object(sparse)],
         figures={"figure-5.8": draw_errors(sparse), "figure-5.8-all": draw_errors(dense)},
-        settings=describe_settings(runs),
+        settings=circles.describe_settings(runs),
         shown=_SHOWN,
     )
 
@@ -60,31 +43,25 @@ def tabulate_errors(runs: Sequence[Run]) -> list[Row]:
 
     Views without an estimate have no error; they are counted.
     """
-    rows: list[Row] = []
-    for what in OBJECTS:
-        for method in METHODS:
-            found = choose_runs(runs, what, method)
-            translation = [[1000 * error for error in run.errors("translation_error_m")] for run in found]
-            chordal = [run.errors("rotation_error_chordal") for run in found]
-            center = [[1000 * error for error in run.errors("center_error_m")] for run in found]
-            row: Row = {
-                "object": what,
-                "views": found[0].circle.views,
-                "part": found[0].circle.spacing,
-                "method": method,
-                "runs": len(found),
-                "failed_views": float(np.mean([_count_failed(run) for run in found])),
-                "unplaced_views": float(np.mean([run.unplaced for run in found])),
-                "median_translation_mm": _mean_of(np.median, translation),
-                "max_translation_mm": _mean_of(max, translation),
-                "last_translation_mm": _mean_of(_last, translation),
-                "median_chordal": _mean_of(np.median, chordal),
-                "max_chordal": _mean_of(max, chordal),
-                "last_chordal": _mean_of(_last, chordal),
-                "max_center_mm": _mean_of(max, center),
-            }
-            rows.append(row)
-    return rows
+    return [_tabulate(choose_runs(runs, what, method)) for what in OBJECTS for method in METHODS]
+
+
+def _tabulate(runs: Sequence[Run]) -> Row:
+    """The row of an object and a method."""
+    translation = [[1000 * error for error in run.errors("translation_error_m")] for run in runs]
+    chordal = [run.errors("rotation_error_chordal") for run in runs]
+    center = [[1000 * error for error in run.errors("center_error_m")] for run in runs]
+    return circles.describe_runs(runs) | {
+        "failed_views": float(np.mean([_count_failed(run) for run in runs])),
+        "unplaced_views": float(np.mean([run.unplaced for run in runs])),
+        "median_translation_mm": _mean_of(np.median, translation),
+        "max_translation_mm": _mean_of(max, translation),
+        "last_translation_mm": _mean_of(itemgetter(-1), translation),
+        "median_chordal": _mean_of(np.median, chordal),
+        "max_chordal": _mean_of(max, chordal),
+        "last_chordal": _mean_of(itemgetter(-1), chordal),
+        "max_center_mm": _mean_of(max, center),
+    }
 
 
 def draw_errors(runs: Sequence[Run]) -> charts.Figure:
@@ -187,10 +164,6 @@ def _mean_of(measure: Callable[[Sequence[float]], float], errors: Sequence[Seque
     """The mean over the runs of what is measured of each one's errors; None where none has any."""
     known = [measure(of_run) for of_run in errors if of_run]
     return float(np.mean(known)) if known else None
-
-
-def _last(errors: Sequence[float]) -> float:
-    return errors[-1]
 
 
 def _count_failed(run: Run) -> int:

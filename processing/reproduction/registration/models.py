@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +15,7 @@ from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.registration.run import OBJECTS, THESIS, Run, run_all
 from orbitscan.processing.reproduction.report import Report, Row
+from orbitscan.processing.reproduction.runs import digest
 from orbitscan.processing.results.status import Method
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import choose_scale
@@ -71,8 +70,7 @@ def show_models(plan: Plan) -> Report:
 def _place(plan: Plan, run: Run) -> Placed:
     """Build the model of a run, and move it to the object's frame: the truth serves to look at it and to judge it."""
     recording = mcap_file.read(plan.folder / "circles" / f"{run.circle.name}.mcap")
-    digest = hashlib.sha256(json.dumps(run.key, sort_keys=True).encode()).hexdigest()
-    path = plan.folder / "models" / f"{run.circle.name}-{run.method}-{digest[:12]}.ply"
+    path = plan.folder / "models" / f"{run.circle.name}-{run.method}-{digest(run.key)}.ply"
     if not path.exists():
         _build(recording, run, path)
     points, colors = ply.read(path)
@@ -83,14 +81,8 @@ def _place(plan: Plan, run: Run) -> Placed:
 def _build(recording: Session, run: Run, path: Path) -> None:
     """Write the model of all views that have an estimate, as in the thesis; `process` takes those that are ok."""
     settings, views = Settings(), recording.views()
-    model = build_model(
-        views,
-        run.poses,
-        Method(run.method),
-        choose_scale(views, settings.surface),
-        recording.info.sensor_origin,
-        settings.model,
-    )
+    scale, origin = choose_scale(views, settings.surface), recording.info.sensor_origin
+    model = build_model(views, run.poses, Method(run.method), scale, origin, settings.model)
     assert model is not None, f"{path.name}: no view was placed"
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as part:
@@ -102,9 +94,8 @@ def _distances(what: str, points: np.ndarray) -> np.ndarray:
     o3d = load_open3d("make the other figures")
     mesh = objects.build(what, 1)
     scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        o3d.core.Tensor(mesh.vertices.astype(np.float32)), o3d.core.Tensor(mesh.triangles.astype(np.uint32))
-    )
+    vertices, triangles = mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32)
+    scene.add_triangles(o3d.core.Tensor(vertices), o3d.core.Tensor(triangles))
     return scene.compute_distance(o3d.core.Tensor(points.astype(np.float32))).numpy()
 
 
@@ -151,9 +142,7 @@ def _draw(models: Sequence[Placed]) -> charts.Figure:
             _draw_cloud(axes, model.points[::step], side, half, colors)
             if i == 0:
                 axes.set_title(side, fontsize=9)
-        line[0].text(
-            -0.04, 0.5, model.run.method, transform=line[0].transAxes, rotation=90, ha="right", va="center", fontsize=9
-        )
+        charts.name_row(line[0], -0.04, model.run.method, fontsize=9)
     return figure
 
 
@@ -170,9 +159,8 @@ def _draw_cloud(axes: Axes, points: np.ndarray, side: str, half: float, colors: 
     share = (depth - depth.min()) / max(np.ptp(depth), 1e-9)  # 0: the farthest
     own = np.full((len(points), 3), _GREY) if colors is None else colors / 255
     shaded = own + (1 - own) * (_FADE * (1 - share))[:, None]
-    axes.scatter(
-        (relative @ right)[order], (relative @ up)[order], s=2.4, c=shaded[order], linewidths=0, rasterized=True
-    )
+    across, along = (relative @ right)[order], (relative @ up)[order]
+    axes.scatter(across, along, s=2.4, c=shaded[order], linewidths=0, rasterized=True)
     axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
     axes.set_axis_off()
 

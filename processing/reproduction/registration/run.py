@@ -146,6 +146,13 @@ def choose_runs(runs: Sequence[Run], what: str, method: str) -> list[Run]:
     return [run for run in runs if run.circle.what == what and run.method == method]
 
 
+def describe_runs(runs: Sequence[Run]) -> dict[str, Any]:
+    """What a row of figures 5.8 and 5.10 says of the runs of an object by a method, before their numbers."""
+    circle = runs[0].circle
+    whole = {"object": circle.what, "views": circle.views, "part": circle.spacing}
+    return whole | {"method": runs[0].method, "runs": len(runs)}
+
+
 def split_by_spacing(runs: Sequence[Run]) -> tuple[list[Run], list[Run]]:
     """The runs on FEW views round the circle, and those on neighbouring views of CIRCLE."""
     return [run for run in runs if not run.circle.dense], [run for run in runs if run.circle.dense]
@@ -234,10 +241,8 @@ def _read_all(plan: Plan, circles: list[Circle]) -> Iterator[Run]:
     for circle in circles:
         for shown, (way, method) in METHODS.items():
             found = read_results(plan.folder / _FOLDER / way / circle.name)
-            seconds = {
-                "registration": found.seconds["methods"][method]["total"],
-                "outlier_removal": found.seconds["outlier_removal"],
-            }
+            registration = found.seconds["methods"][method]["total"]
+            seconds = {"registration": registration, "outlier_removal": found.seconds["outlier_removal"]}
             estimates = found.results.reconstruction[Method(method)].views
             views = [{"view": v.view, "status": v.status} | asdict(v.errors) for v in estimates]
             placed = {v.view: v.T_0_i for v in estimates if v.T_0_i is not None}

@@ -6,15 +6,8 @@ import numpy as np
 
 from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.plan import Plan
-from orbitscan.processing.reproduction.registration.run import (
-    OBJECTS,
-    THESIS,
-    Run,
-    choose_runs,
-    describe_settings,
-    run_all,
-    split_by_spacing,
-)
+from orbitscan.processing.reproduction.registration import run as circles
+from orbitscan.processing.reproduction.registration.run import OBJECTS, THESIS, Run, choose_runs
 from orbitscan.processing.reproduction.report import Report, Row
 
 _TIMED = (
@@ -26,8 +19,8 @@ _TIMED = (
 
 def compare_seconds(plan: Plan) -> Report:
     """Figure 5.10: seconds of an object's registration and of the removal of outliers."""
-    runs = [run for run in run_all(plan) if run.method in THESIS]
-    parts = split_by_spacing(runs)
+    runs = [run for run in circles.run_all(plan) if run.method in THESIS]
+    parts = circles.split_by_spacing(runs)
     figure, (axes,) = charts.new_figure(1, 2, width=10, height=3.8)
     for each, part in zip(axes, parts, strict=True):
         stacks = {
@@ -47,22 +40,15 @@ def compare_seconds(plan: Plan) -> Report:
         [row for part in parts for row in _tabulate(part)],
         said=[*map(_compare_methods, parts), _TIMED],
         figures={"figure-5.10": figure},
-        settings=describe_settings(runs) | {"threads": 1},
+        settings=circles.describe_settings(runs) | {"threads": 1},
     )
 
 
 def _tabulate(runs: Sequence[Run]) -> list[Row]:
     """A row for each object and method: the mean seconds of its runs."""
     return [
-        {
-            "object": what,
-            "views": found[0].circle.views,
-            "part": found[0].circle.spacing,
-            "method": method,
-            "runs": len(found),
-            "registration_s": _average(found, "registration"),
-            "outlier_removal_s": _average(found, "outlier_removal"),
-        }
+        circles.describe_runs(found)
+        | {"registration_s": _average(found, "registration"), "outlier_removal_s": _average(found, "outlier_removal")}
         for what in OBJECTS
         for method in THESIS
         if (found := choose_runs(runs, what, method))

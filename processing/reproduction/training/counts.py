@@ -14,9 +14,7 @@ VALUES: tuple[Literal["counts", "occupancy"], ...] = ("counts", "occupancy")
 
 def compare_values(plan: Plan) -> Report:
     """A study of accuracy, loss and overfitting of the best structure on grids of counts and of occupancy."""
-    changes: dict[str, dict[str, VoxelSettings]] = {
-        values: {"voxels": VoxelSettings(values=values)} for values in VALUES
-    }
+    changes = {str(values): {"voxels": VoxelSettings(values=values)} for values in VALUES}
     runs = run_trainings(plan, changes, "Training on counts and occupancy")
     rows: list[Row] = [
         {
@@ -28,13 +26,9 @@ def compare_values(plan: Plan) -> Report:
         for values, found in runs.items()
     ]
     counts, occupancy = runs.values()
+    more, less = (column(found, "accuracy", 100) for found in (counts, occupancy))
     claims = [
-        compare(
-            "Counts are more accurate than occupancy",
-            column(counts, "accuracy", 100),
-            column(occupancy, "accuracy", 100),
-            "points",
-        ),
+        compare("Counts are more accurate than occupancy", more, less, "points"),
         compare("Counts have a smaller loss than occupancy", column(occupancy, "loss"), column(counts, "loss"), "nats"),
     ]
     figure = draw_run_boxes(runs, width=8)

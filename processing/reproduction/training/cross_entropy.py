@@ -123,8 +123,7 @@ def _draw(losses: dict[str, np.ndarray]) -> charts.Figure:
     places = np.arange(len(losses))
     starts = np.zeros(len(losses))
     for i, values in enumerate(np.stack(list(losses.values()), axis=1)):
-        style = {"color": charts.COLORS[i], "hatch": charts.HATCHES[i], "edgecolor": "white", "linewidth": 0.5}
-        axes.barh(places, values, 0.5, left=starts, label=f"sample {i + 1}", **style)
+        axes.barh(places, values, 0.5, left=starts, label=f"sample {i + 1}", **charts.bar_style(i))
         for place, given in enumerate(PROBABILITIES.values()):
             text = "right" if given[i].argmax() == CLASSES[i] else "wrong"
             axes.text(starts[place] + values[place] / 2, place - 0.28, text, ha="center", va="bottom", fontsize=7)

@@ -23,6 +23,11 @@ THESIS = {  # accuracy [%] (table 5.3); loss, overfitting (table 5.4), of 20 run
     "kmeans-pca": (94.14, 0.1984, 0.0835),
     "kmeans-zca": (92.95, 0.2713, 0.0905),
 }
+_SCORES = {  # of a run -> factor to the unit shown, what its axis says
+    "accuracy": (100, "accuracy of the test views [%]"),
+    "loss": (1, "loss of the test views [nats]"),
+    "overfitting": (1, "overfitting: test - training loss [nats]"),
+}
 
 
 def run_all(plan: Plan) -> Runs:
@@ -60,41 +65,34 @@ def tabulate(plan: Plan) -> Report:
 
 def draw_boxes(plan: Plan) -> Report:
     """Figure 5.1: accuracy, loss and overfitting of every run."""
-    runs = {NAMES[init]: found for init, found in run_all(plan).items()}
-    figure = draw_run_boxes(runs, width=9)
-    return Report(
-        "figure-5.1",
-        "Four initialisations: the runs",
-        tabulate_runs(runs, "initialisation"),
-        said=[_describe_spread(runs)],
-        figures={"figure-5.1": figure},
-    )
+    runs = _run_named(plan)
+    rows, figures = tabulate_runs(runs, "initialisation"), {"figure-5.1": draw_run_boxes(runs, width=9)}
+    return Report("figure-5.1", "Four initialisations: the runs", rows, [_describe_spread(runs)], figures=figures)
 
 
 def draw_curves(plan: Plan) -> Report:
     """Figure 5.2: accuracy, loss and overfitting while the networks are trained."""
-    runs = {NAMES[init]: found for init, found in run_all(plan).items()}
-    rows = tabulate_curves(runs, "initialisation")
-    figure = draw_run_curves(runs)
-    return Report(
-        "figure-5.2",
-        "Four initialisations: the training",
-        rows,
-        said=[describe_starts(runs)],
-        figures={"figure-5.2": figure},
-    )
+    return report_curves("figure-5.2", "Four initialisations: the training", _run_named(plan), "initialisation")
+
+
+def report_curves(name: str, title: str, runs: Runs, label: str) -> Report:
+    """The report of a figure of the runs' curves, whose rows name them by a label."""
+    rows, figures = tabulate_curves(runs, label), {name: draw_run_curves(runs)}
+    return Report(name, title, rows, [_describe_starts(runs)], figures=figures)
 
 
 def draw_run_boxes(runs: Runs, width: float) -> charts.Figure:
     """A figure of box plots of accuracy, loss and overfitting over the runs, by name."""
     figure, (row,) = charts.new_figure(1, 3, width=width)
-    for axes, key, factor, label in (
-        (row[0], "accuracy", 100, "accuracy of the test views [%]"),
-        (row[1], "loss", 1, "loss of the test views [nats]"),
-        (row[2], "overfitting", 1, "overfitting: test - training loss [nats]"),
-    ):
-        charts.draw_boxes(axes, {name: column(found, key, factor) for name, found in runs.items()}, label)
+    for axes, key in zip(row, ("accuracy", "loss", "overfitting"), strict=True):
+        draw_score_boxes(axes, runs, key)
     return figure
+
+
+def draw_score_boxes(axes: charts.Axes, runs: Runs, key: str, sideways: bool = False) -> None:
+    """Box plots of one of the scores over the runs, by name."""
+    factor, label = _SCORES[key]
+    charts.draw_boxes(axes, {name: column(found, key, factor) for name, found in runs.items()}, label, sideways)
 
 
 def draw_run_curves(runs: Runs) -> charts.Figure:
@@ -112,7 +110,7 @@ def draw_run_curves(runs: Runs) -> charts.Figure:
     return figure
 
 
-def describe_starts(runs: Runs) -> str:
+def _describe_starts(runs: Runs) -> str:
     """Which runs are ahead in the first half of the training, in words."""
     accuracy = curves(runs, "validation_accuracy", 100)
     half = {name: float(values[:, : values.shape[1] // 2].mean()) for name, values in accuracy.items()}
@@ -121,21 +119,20 @@ def describe_starts(runs: Runs) -> str:
     return f"Mean accuracy over the first half of the training, best first: {said}."
 
 
+def _run_named(plan: Plan) -> Runs:
+    return {NAMES[init]: found for init, found in run_all(plan).items()}
+
+
 def _claim(runs: Runs) -> list[Claim]:
     """The thesis's order as claims: each initialisation against Glorot's, and PCA against the others."""
-    glorot = runs["glorot"]
     accuracy = {init: column(found, "accuracy", 100) for init, found in runs.items()}
+    overfitting = {init: column(found, "overfitting") for init, found in runs.items()}
     claims = [
         compare(f"{NAMES[init]} is more accurate than Glorot", accuracy[init], accuracy["glorot"], "points")
         for init in ("kmeans-pca", "dcae", "kmeans-zca")
     ]
     claims += [
-        compare(
-            f"{NAMES[init]} has less overfitting than Glorot",
-            column(glorot, "overfitting"),
-            column(runs[init], "overfitting"),
-            "nats",
-        )
+        compare(f"{NAMES[init]} has less overfitting than Glorot", overfitting["glorot"], overfitting[init], "nats")
         for init in ("kmeans-pca", "kmeans-zca", "dcae")
     ]
     claims += [
@@ -149,8 +146,8 @@ def _describe_spread(runs: Runs) -> str:
     """How far apart single runs are, beside the means of the initialisations, in words."""
     spread = {name: np.ptp(column(found, "accuracy", 100)) for name, found in runs.items()}
     widest = max(spread, key=spread.__getitem__)
+    means = [average(found, "accuracy", 100) for found in runs.values()]
     return (
         f"From run to run the accuracy differs by up to {spread[widest]:.1f} points ({widest}); "
-        f"the means of the initialisations differ by "
-        f"{np.ptp([average(found, 'accuracy', 100) for found in runs.values()]):.1f} points."
+        f"the means of the initialisations differ by {np.ptp(means):.1f} points."
     )

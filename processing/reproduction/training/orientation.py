@@ -7,8 +7,8 @@ from orbitscan.processing.reproduction.claims import Claim, compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report
 from orbitscan.processing.reproduction.training import data
-from orbitscan.processing.reproduction.training.initializations import describe_starts, draw_run_boxes, draw_run_curves
-from orbitscan.processing.reproduction.training.run import Runs, column, run_trainings, tabulate_curves, tabulate_runs
+from orbitscan.processing.reproduction.training.initializations import draw_run_boxes, report_curves
+from orbitscan.processing.reproduction.training.run import Runs, column, run_trainings, tabulate_runs
 from orbitscan.recorder.exceptions import InvalidOption, Wording
 
 EPOCHS = 3  # thesis 5.1
@@ -29,27 +29,13 @@ def draw_boxes(plan: Plan) -> Report:
     """Figure 5.3: accuracy, loss and overfitting of every run."""
     runs = run_all(plan)
     figure = draw_run_boxes({name.replace(" ", "\n"): found for name, found in runs.items()}, width=8)
-    return Report(
-        "figure-5.3",
-        "The orientation head: the runs",
-        tabulate_runs(runs, "network"),
-        claims=_claim(runs),
-        figures={"figure-5.3": figure},
-    )
+    rows, figures = tabulate_runs(runs, "network"), {"figure-5.3": figure}
+    return Report("figure-5.3", "The orientation head: the runs", rows, claims=_claim(runs), figures=figures)
 
 
 def draw_curves(plan: Plan) -> Report:
     """Figure 5.4: accuracy, loss and overfitting while the networks are trained."""
-    runs = run_all(plan)
-    rows = tabulate_curves(runs, "network")
-    figure = draw_run_curves(runs)
-    return Report(
-        "figure-5.4",
-        "The orientation head: the training",
-        rows,
-        said=[describe_starts(runs)],
-        figures={"figure-5.4": figure},
-    )
+    return report_curves("figure-5.4", "The orientation head: the training", run_all(plan), "network")
 
 
 def draw_confusions(plan: Plan) -> Report:
@@ -88,6 +74,5 @@ def _describe_confusion(name: str, counts: np.ndarray, names: tuple[str, ...]) -
     wrong = counts * ~np.eye(len(names), dtype=bool)
     row, column_ = np.unravel_index(wrong.argmax(), wrong.shape)
     share = 100 * wrong[row, column_] / max(counts[row].sum(), 1)
-    return (
-        f"{name.capitalize()}: most often confused is {names[row]} with {names[column_]}, {share:.0f} % of its views."
-    )
+    confused = f"{names[row]} with {names[column_]}"
+    return f"{name.capitalize()}: most often confused is {confused}, {share:.0f} % of its views."

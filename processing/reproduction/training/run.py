@@ -84,11 +84,8 @@ def run_trainings(plan: Plan, changes: Mapping[str, dict[str, Any]], what: str) 
     """
     found = data.provide(plan)
     settings = [change_thesis({"precision": plan.precision} | change) for change in changes.values()]
-    tasks = [
-        Training(found, how, seed, plan.device, CURVE if how.structure == BEST else 0)
-        for seed in plan.seeds
-        for how in settings
-    ]
+    ways = [(how, CURVE if how.structure == BEST else 0) for how in settings]
+    tasks = [Training(found, how, seed, plan.device, curve) for seed in plan.seeds for how, curve in ways]
     results = keep(plan, train_once, tasks, what)
     return {name: results[i :: len(settings)] for i, name in enumerate(changes)}
 
@@ -115,10 +112,7 @@ def tabulate_runs(named: Runs, label: str) -> list[dict[str, Any]]:
             label: name,
             "run": i,
             "accuracy_percent": 100 * run["accuracy"],
-            "loss": run["loss"],
-            "train_loss": run["train_loss"],
-            "overfitting": run["overfitting"],
-            "seconds": run["seconds"],
+            **{key: run[key] for key in ("loss", "train_loss", "overfitting", "seconds")},
         }
         for name, runs in named.items()
         for i, run in enumerate(runs)

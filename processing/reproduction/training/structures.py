@@ -1,9 +1,12 @@
 """Table 5.1: seven structures of the network, trained alike."""
 
+import numpy as np
+
 from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.claims import compare
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
+from orbitscan.processing.reproduction.training.initializations import draw_score_boxes
 from orbitscan.processing.reproduction.training.run import BEST, Runs, average, column, run_trainings
 
 THESIS = {  # structure -> mean loss, mean accuracy [%], of 10 runs
@@ -39,7 +42,7 @@ def compare_structures(plan: Plan) -> Report:
         for other in THESIS
         if other != BEST
     ]
-    means = {structure: average(found, "accuracy", 100) for structure, found in runs.items()}
+    means = {structure: float(np.mean(values)) for structure, values in accuracy.items()}
     best = max(means, key=means.__getitem__)
     said = f"Most accurate on average here: {best}, {means[best]:.2f} %; in the thesis: {BEST}."
     return Report(
@@ -55,17 +58,12 @@ def compare_structures(plan: Plan) -> Report:
 
 def _draw(runs: Runs) -> charts.Figure:
     figure, ((accuracy, loss),) = charts.new_figure(1, 2, width=9, height=3.6)
-    names = {structure: structure.replace("-P(2)-", "-P(2)-\n", 1) for structure in runs}
-    for axes, key, factor, label in (
-        (accuracy, "accuracy", 100, "accuracy of the test views [%]"),
-        (loss, "loss", 1, "loss of the test views [nats]"),
-    ):
-        samples = {names[s]: column(found, key, factor) for s, found in runs.items()}
-        charts.draw_boxes(axes, samples, label, sideways=True)
-    thesis = [THESIS[structure] for structure in runs]
-    places = range(len(runs))
-    for axes, values in ((accuracy, [row[1] for row in thesis]), (loss, [row[0] for row in thesis])):
-        axes.plot(values, places, "k*", markersize=7, label="thesis")
+    named = {structure.replace("-P(2)-", "-P(2)-\n", 1): found for structure, found in runs.items()}
+    for axes, key in ((accuracy, "accuracy"), (loss, "loss")):
+        draw_score_boxes(axes, named, key, sideways=True)
+    losses, accuracies = zip(*(THESIS[structure] for structure in runs), strict=True)
+    for axes, values in ((accuracy, accuracies), (loss, losses)):
+        axes.plot(values, range(len(runs)), "k*", markersize=7, label="thesis")
     loss.set_yticklabels([])
     charts.legend_below(figure, accuracy)
     return figure

@@ -15,7 +15,7 @@ def open_instances(plan: Plan) -> dict[str, list[Session]]:
     A virtual view is the same as the corpus's: it depends on its circle and its place in the turn alone.
     """
     if plan.dataset is None:
-        lowest = min(corpus.ELEVATIONS_DEG, key=lambda video: corpus.ELEVATIONS_DEG[video])
+        lowest = min(corpus.ELEVATIONS_DEG, key=corpus.ELEVATIONS_DEG.__getitem__)
         circles = [circle for circle in corpus.plan(corpus.INSTANCES) if circle.video == lowest]
         sessions = [corpus.open_circle(circle, corpus.CAMERA) for circle in circles]
     else:
@@ -36,6 +36,5 @@ def take_view(session: Session, share: float) -> View:
         view = session.load((int(share * n) + i) % n)
         if len(finite(view.points)[0]) >= FEWEST_POINTS:
             return view
-    raise InvalidOption(
-        session.info.name, f"has no view of {FEWEST_POINTS} points", "mend the dataset, or name another"
-    )
+    problem = f"has no view of {FEWEST_POINTS} points"
+    raise InvalidOption(session.info.name, problem, "mend the dataset, or name another")

@@ -139,8 +139,7 @@ def _draw(shots: Shots, label: Callable[[Shot], str], alike: bool = False, grids
     norm = LogNorm(1, max(2, *(shot.grid.counts.max() for found in shots.values() for shot in found)))
     for i, (name, found) in enumerate(shots.items()):
         half = max(picture_size(shot.view) for shot in found) if alike else None
-        first = axes[lines * i, 0]
-        first.text(-0.12, 0.5, _spell(name), transform=first.transAxes, rotation=90, ha="right", va="center")
+        charts.name_row(axes[lines * i, 0], -0.12, _spell(name))
         for j, shot in enumerate(found):
             draw_view(axes[lines * i, j], shot.view, half=half)
             axes[lines * i, j].set_title(label(shot), fontsize=7, pad=2)

@@ -23,9 +23,7 @@ def count_colors() -> Colormap:
 def draw_grid(axes: Axes, grid: np.ndarray, norm: LogNorm | None = None, inches: float = 2.5) -> PolyCollection:
     """Draw a grid (div, div, div) in the camera's axes x, y, z, within its cube; its faces are returned.
 
-    Without `norm` every voxel has one grey.
-
-    `inches` is about how wide the axes are.
+    Without `norm` every voxel has one grey. `inches` is about how wide the axes are.
     """
     div = len(grid)
     right, up, toward = _viewer()

@@ -11,13 +11,13 @@ from orbitscan.processing.classification.voxels import VoxelSettings, bounding_s
 from orbitscan.processing.reproduction import charts
 from orbitscan.processing.reproduction.plan import Plan
 from orbitscan.processing.reproduction.report import Report, Row
+from orbitscan.processing.reproduction.training.counts import VALUES
 from orbitscan.processing.reproduction.views import circles
 from orbitscan.processing.reproduction.views.grid_drawing import draw_count_bar, draw_grid
 from orbitscan.processing.reproduction.views.view_drawing import draw_view
 from orbitscan.recorder.cloud import finite
 from orbitscan.recorder.session import View
 
-VALUES: tuple[Literal["counts", "occupancy"], ...] = ("counts", "occupancy")
 SHOWN = "coffee_mug"
 DIVS = (16, 24, 32)  # figure 3.6
 PLACE = 0.2  # of the circle, where the view is taken
@@ -74,11 +74,8 @@ def show_values(plan: Plan) -> Report:
         f"Voxel by voxel the counts hold {min(gains):.2f} to {max(gains):.2f} times the bits of occupancy; whether a "
         "network makes use of them is the question of study-counts.",
     ]
-    settings = {"place_on_circle": PLACE, "shown": name}
-    figure = _draw_values(views[name], shown)
-    return Report(
-        "figure-3.5", "A view as counts and as occupancy", rows, said, figures={"figure-3.5": figure}, settings=settings
-    )
+    settings, figures = {"place_on_circle": PLACE, "shown": name}, {"figure-3.5": _draw_values(views[name], shown)}
+    return Report("figure-3.5", "A view as counts and as occupancy", rows, said, figures=figures, settings=settings)
 
 
 def show_resolutions(plan: Plan) -> Report:
@@ -102,16 +99,8 @@ def show_resolutions(plan: Plan) -> Report:
         f"div = {DIVS[0]}, {_span(_share(fine), '.0f', '%')} at {DIVS[-1]}: occupancy loses their counts.",
     ]
     name = _choose_shown(views)
-    settings = {"place_on_circle": PLACE, "shown": name}
-    figure = _draw_resolutions(grids[name])
-    return Report(
-        "figure-3.6",
-        "Grids of 16, 24 and 32 voxels a side",
-        rows,
-        said,
-        figures={"figure-3.6": figure},
-        settings=settings,
-    )
+    settings, figures = {"place_on_circle": PLACE, "shown": name}, {"figure-3.6": _draw_resolutions(grids[name])}
+    return Report("figure-3.6", "Grids of 16, 24 and 32 voxels a side", rows, said, figures=figures, settings=settings)
 
 
 def _choose_views(plan: Plan) -> dict[str, View]:

@@ -4,7 +4,8 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from orbitscan.processing.results.confusion import Answer, Confusion
+from orbitscan.processing.results.confusion import Confusion
+from orbitscan.processing.review.markdown import write_table
 from orbitscan.processing.review.matrix import draw_matrix, view_matrix
 
 _MATRICES = {
@@ -31,8 +32,8 @@ def describe_confusion(found: Confusion) -> list[str]:
     lines = [f"**Categories.** {count_right(found)}", ""]
     wrong = [answer for answer in found.answers if not answer.right]
     if wrong:
-        lines += ["| recording | category | taken for | likeliest |", "| --- | --- | --- | --- |"]
-        lines += [f"| {a.session} | {a.category} | {a.found} | {_likeliest(a)} |" for a in wrong]
+        cells = [(a.session, a.category, a.found, f"{a.likeliest} {a.probability:.0%}") for a in wrong]
+        lines += write_table(["recording", "category", "taken for", "likeliest"], cells)
     return lines
 
 
@@ -43,7 +44,3 @@ def count_right(found: Confusion) -> str:
         right, total = int(np.trace(counts)), int(counts.sum())
         parts.append(f"{right:,} of {total:,} {nouns} ({right / max(total, 1):.1%})")
     return f"Right: {parts[0]}, {parts[1]}."
-
-
-def _likeliest(answer: Answer) -> str:
-    return f"{answer.likeliest} {answer.probability:.0%}"

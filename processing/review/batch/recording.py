@@ -12,11 +12,13 @@ from orbitscan.processing.results.batch_table import Row, methods_of, worst_firs
 from orbitscan.processing.results.confusion import Confusion
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.batch.confusion import describe_confusion, log_confusion, view_confusion
-from orbitscan.processing.review.curves import ROUNDING
+from orbitscan.processing.review.curves import ROUNDING, log_curve
 from orbitscan.processing.review.markdown import in_mm, number, write_table
-from orbitscan.processing.review.stream import make_blueprint, make_document, whole_recording
+from orbitscan.processing.review.panels import make_blueprint, view_curves, view_log
+from orbitscan.processing.review.stream import make_document, whole_recording
 
 SHOWN_ROWS = 100  # of the table: the worst
+Curve = tuple[str, str, Sequence[int], np.ndarray]  # entity, method, ranks, values
 _RANK = "worst_first"  # the timeline: recordings from the worst, 0, to the best
 _ERRORS = {  # quantity -> title, key of a method's summary, factor
     "center_mm": ("Largest error of the object's centre, log10 [mm]", "max_center_error_m", 1e3),
@@ -33,11 +35,11 @@ def write_batch(path: Path, name: str, rows: Sequence[Row], confusion: Confusion
     methods = methods_of(rows)
     known = any(_errors(rows, method, key).size for method in methods for _, key, _ in _ERRORS.values())
     with whole_recording(path, name, _lay_out(known, confusion)) as stream:
-        stream.log("/summary", make_document("\n".join(_summarize(name, rows, methods, confusion))), static=True)
+        stream.log("/summary", make_document("\n".join(_summarize(name, rows, methods, known, confusion))), static=True)
         stream.log("/table", make_document("\n".join(_tabulate(rows))), static=True)
-        for entity, style, times, values in (*_distributions(rows, methods), *_over_recordings(rows, methods)):
-            stream.log(entity, style, static=True)
-            stream.send_columns(entity, [times], rr.Scalars.columns(scalars=values))
+        for entity, method, ranks, values in (*_distributions(rows, methods), *_over_recordings(rows, methods)):
+            style = entities.METHOD_COLORS[method], method, entities.CURVE_WIDTHS[method]
+            log_curve(stream, f"{entity}/{method}", style, [rr.TimeColumn(_RANK, sequence=ranks)], values)
         for rank, row in enumerate(rows):
             if row.problem:
                 stream.set_time(_RANK, sequence=rank)
@@ -61,7 +63,9 @@ def conclude(rows: Sequence[Row]) -> str:
     return text + "."
 
 
-def _summarize(name: str, rows: Sequence[Row], methods: Sequence[str], confusion: Confusion | None) -> Iterator[str]:
+def _summarize(
+    name: str, rows: Sequence[Row], methods: Sequence[str], known: bool, confusion: Confusion | None
+) -> Iterator[str]:
     yield f"## {name}"
     yield ""
     yield f"**{conclude(rows)}**"
@@ -71,7 +75,7 @@ def _summarize(name: str, rows: Sequence[Row], methods: Sequence[str], confusion
         header += ["chordal, median", "chordal, worst", "seconds, median"]
         yield from write_table(header, [_describe_method(rows, method) for method in reversed(methods)])
         yield ""
-        if any(_errors(rows, method, key).size for method in methods for _, key, _ in _ERRORS.values()):
+        if known:
             yield "Centre and chordal: of the largest error in each recording."
         yield ""
     if confusion is not None:
@@ -116,33 +120,25 @@ def _describe_recording(row: Row) -> list[str]:
     ]
 
 
-def _distributions(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[tuple]:
+def _distributions(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[Curve]:
     for quantity, (_, key, factor) in _ERRORS.items():
         for method in methods:
             errors = _errors(rows, method, key)
             if errors.size:
                 values = _log(factor * np.sort(errors)[::-1])
-                yield _curve(f"/distribution/{quantity}/{method}", method, np.arange(len(values)), values)
+                yield f"/distribution/{quantity}", method, range(len(values)), values
 
 
-def _over_recordings(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[tuple]:
+def _over_recordings(rows: Sequence[Row], methods: Sequence[str]) -> Iterator[Curve]:
     for method in methods:
         ranks = [i for i, row in enumerate(rows) if row.results and method in row.results.reconstruction]
         failed = np.array([rows[i].of(method, "failed_views") for i in ranks], dtype=float)
-        yield _curve(f"/recordings/failed_views/{method}", method, np.array(ranks), failed)
-        seconds = np.array([rows[i].seconds(method) for i in ranks])
-        yield _curve(f"/recordings/seconds/{method}", method, np.array(ranks), seconds)
+        yield "/recordings/failed_views", method, ranks, failed
+        yield "/recordings/seconds", method, ranks, np.array([rows[i].seconds(method) for i in ranks])
         for quantity, (_, key, factor) in _ERRORS.items():
-            pairs = [(i, error) for i in ranks if (error := rows[i].of(method, key)) is not None]
-            if pairs:
-                at, errors = map(np.array, zip(*pairs, strict=True))
-                yield _curve(f"/recordings/{quantity}/{method}", method, at, _log(factor * errors))
-
-
-def _curve(entity: str, method: str, at: np.ndarray, values: np.ndarray) -> tuple:
-    width = entities.CURVE_WIDTHS[method]
-    style = rr.SeriesLines(colors=[entities.METHOD_COLORS[method]], names=[method], widths=[width])
-    return entity, style, rr.TimeColumn(_RANK, sequence=at), values
+            errors = {i: error for i in ranks if (error := rows[i].of(method, key)) is not None}
+            if errors:
+                yield f"/recordings/{quantity}", method, list(errors), _log(factor * np.array(list(errors.values())))
 
 
 def _errors(rows: Sequence[Row], method: str, key: str) -> np.ndarray:
@@ -156,48 +152,26 @@ def _log(errors: np.ndarray) -> np.ndarray:
 def _lay_out(known: bool, confusion: Confusion | None) -> rrb.Blueprint:
     plots: list[Any] = []
     if known:
-        plots.append(
-            rrb.Vertical(
-                *(
-                    _plot(f"/distribution/{quantity}", f"{title}, sorted for each method")
-                    for quantity, (title, _, _) in _ERRORS.items()
-                ),
-                name="Distribution of errors",
-            )
-        )
+        distributions = [
+            view_curves(f"/distribution/{quantity}", f"{title}, sorted for each method", rrb.Corner2D.RightTop)
+            for quantity, (title, _, _) in _ERRORS.items()
+        ]
+        plots.append(rrb.Vertical(*distributions, name="Distribution of errors"))
     quantities = {"failed_views": "Views not placed"}
     quantities |= {quantity: title for quantity, (title, _, _) in _ERRORS.items()} if known else {}
     quantities["seconds"] = "Time [s]"
-    plots.append(
-        rrb.Grid(
-            *(_plot(f"/recordings/{quantity}", title) for quantity, title in quantities.items()),
-            grid_columns=2,
-            name="Recording by recording, worst first",
-        )
-    )
+    found = [view_curves(f"/recordings/{name}", title, rrb.Corner2D.RightTop) for name, title in quantities.items()]
+    plots.append(rrb.Grid(*found, grid_columns=2, name="Recording by recording, worst first"))
     if confusion is not None:
         plots.append(view_confusion(len(confusion.names)))
-    columns = rrb.TextLogColumns(timeline_columns=[_RANK], text_log_columns=["loglevel", "body"])
     return make_blueprint(
         rrb.Vertical(
             rrb.Tabs(*plots),
             rrb.Horizontal(
                 rrb.TextDocumentView(origin="/summary", name="Summary"),
-                rrb.Tabs(
-                    rrb.TextDocumentView(origin="/table", name="Table"),
-                    rrb.TextLogView(origin="/log", name="Log", columns=columns),
-                ),
+                rrb.Tabs(rrb.TextDocumentView(origin="/table", name="Table"), view_log(_RANK)),
             ),
             row_shares=[1, 1],
         ),
         rrb.TimePanel(state="collapsed", timeline=_RANK, play_state="following"),
-    )
-
-
-def _plot(origin: str, title: str) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(
-        origin=origin,
-        name=title,
-        plot_legend=rrb.Corner2D.RightTop,
-        interaction=rrb.PlotInteraction(points_display="Always"),
     )

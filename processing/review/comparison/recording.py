@@ -11,18 +11,12 @@ from orbitscan.processing.results.comparison.records import Comparison, SessionC
 from orbitscan.processing.results.folder import Extent, ResultsFolder, read_results
 from orbitscan.processing.results.records import ViewEstimate
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.comparison.words import (
-    FLOOR_WORDS,
-    SESSION_HEADER,
-    conclude,
-    describe_session,
-    list_notes,
-    session_rows,
-)
-from orbitscan.processing.review.curves import ROUNDING
+from orbitscan.processing.review.comparison import words
+from orbitscan.processing.review.curves import ROUNDING, log_curve
 from orbitscan.processing.review.entities import entity_path
 from orbitscan.processing.review.markdown import write_table
-from orbitscan.processing.review.stream import make_blueprint, make_document, whole_recording
+from orbitscan.processing.review.panels import HIDDEN, make_blueprint, view_3d, view_curves
+from orbitscan.processing.review.stream import make_document, whole_recording
 
 SHOWN_SESSIONS = 6  # of a batch, the worst: each with both models
 SHOWN_VIEWS = 40  # of a session's table of changes
@@ -49,18 +43,19 @@ def write_comparison(path: Path, found: Comparison, a: Path, b: Path) -> None:
 
 
 def _summarize(found: Comparison) -> str:
-    lines = ["## A and B", "", f"**{conclude(found)}**", "", *(f"- {note}" for note in list_notes(found.sessions)), ""]
+    notes = [f"- {note}" for note in words.list_notes(found.sessions)]
+    lines = ["## A and B", "", f"**{words.conclude(found)}**", "", *notes, ""]
     changed = [session for session in found.sessions if session.verdict != "same"]
     if changed:
-        lines += [*write_table(SESSION_HEADER, session_rows(changed[:SHOWN_ROWS])), ""]
+        lines += [*write_table(words.SESSION_HEADER, words.session_rows(changed[:SHOWN_ROWS])), ""]
     if len(changed) > SHOWN_SESSIONS:
         lines += [f"The worst {SHOWN_SESSIONS} have a tab each.", ""]
-    return "\n".join([*lines, FLOOR_WORDS])
+    return "\n".join([*lines, words.FLOOR_WORDS])
 
 
 def _log_session(stream: rr.RecordingStream, session: SessionComparison, a: ResultsFolder, b: ResultsFolder) -> None:
     origin = entity_path(session.name)
-    stream.log(f"{origin}/words", make_document(describe_session(session, SHOWN_VIEWS)), static=True)
+    stream.log(f"{origin}/words", make_document(words.describe_session(session, SHOWN_VIEWS)), static=True)
     for side, run in zip(_SIDES, (a, b), strict=True):
         if run.model is not None:
             points, colors = run.model
@@ -95,9 +90,8 @@ def _log_curve(
     """The logarithms of a curve's values; those that are rounding have none."""
     known = {view: float(np.log10(value)) for view, value in values.items() if value > ROUNDING}
     if known:
-        stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[2.0]), static=True)
         times = rr.TimeColumn(entities.VIEW_TIMELINE, sequence=list(known))
-        stream.send_columns(path, [times], rr.Scalars.columns(scalars=list(known.values())))
+        log_curve(stream, path, (color, name, 2.0), [times], list(known.values()))
 
 
 def _lay_out(
@@ -115,13 +109,7 @@ def _lay_out_session(name: str, a: ResultsFolder, b: ResultsFolder) -> rrb.Verti
     origin = entity_path(name)
     eye = _look_at(a.extent or b.extent)
     models = [
-        rrb.Spatial3DView(
-            origin=f"{origin}/model/{side}",
-            name=f"Model of {side.upper()}: {run.path}",
-            background=entities.BACKGROUND,
-            line_grid=False,
-            eye_controls=eye,
-        )
+        view_3d(f"{origin}/model/{side}", f"Model of {side.upper()}: {run.path}", eye)
         for side, run in zip(_SIDES, (a, b), strict=True)
         if run.model is not None
     ]
@@ -129,19 +117,14 @@ def _lay_out_session(name: str, a: ResultsFolder, b: ResultsFolder) -> rrb.Verti
     titles |= dict([_MOVED])
     legends = (next(iter(titles)), _MOVED[0])  # the errors have the same curves
     plots = [
-        rrb.TimeSeriesView(
-            origin=f"{origin}/{place}",
-            name=title,
-            plot_legend=rrb.Corner2D.LeftTop if place in legends else rrb.PlotLegend(visible=False),
-            interaction=rrb.PlotInteraction(points_display="Always"),
-        )
+        view_curves(f"{origin}/{place}", title, rrb.Corner2D.LeftTop if place in legends else HIDDEN)
         for place, title in titles.items()
     ]
-    words = rrb.TextDocumentView(origin=f"{origin}/words", name="What changed")
+    changes = rrb.TextDocumentView(origin=f"{origin}/words", name="What changed")
     above = [rrb.Horizontal(*models)] if models else []
     return rrb.Vertical(
         *above,
-        rrb.Horizontal(rrb.Grid(*plots, grid_columns=min(2, len(plots))), words, column_shares=[3, 2]),
+        rrb.Horizontal(rrb.Grid(*plots, grid_columns=min(2, len(plots))), changes, column_shares=[3, 2]),
         row_shares=[2, 3] if models else None,
         name=name,
     )

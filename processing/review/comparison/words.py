@@ -10,7 +10,7 @@ from orbitscan.processing.results.comparison.records import (
     Verdict,
     ViewComparison,
 )
-from orbitscan.processing.review.markdown import in_mm, number, write_table
+from orbitscan.processing.review.markdown import enumerate_some, in_mm, number, plural, write_table
 
 NAMED = 5  # sessions that a sentence names
 ARROW = " → "
@@ -38,17 +38,17 @@ def conclude(found: Comparison) -> str:
         return conclude_session(found.sessions[0])
     total = len(found.sessions)
     parts = [
-        f"{verb} in {len(sessions)} of {total} sessions: {_enumerate(s.name for s in sessions)}"
+        f"{verb} in {len(sessions)} of {total} sessions: {enumerate_some([s.name for s in sessions], NAMED)}"
         for verdict, verb in _VERBS.items()
         if (sessions := found.count(verdict))
     ]
     if not found.count("worse"):
-        parts.insert(0, f"nowhere worse than A in {total} session{'s' if total != 1 else ''}")
+        parts.insert(0, f"nowhere worse than A in {total} {plural(total, 'session')}")
     text = "B is " + "; ".join(parts)
     if found.only_a:
-        text += f". B lacks {len(found.only_a)} session(s) of A: {_enumerate(found.only_a)}"
+        text += f". B lacks {len(found.only_a)} session(s) of A: {enumerate_some(found.only_a, NAMED)}"
     if found.only_b:
-        text += f". In B only: {_enumerate(found.only_b)}"
+        text += f". In B only: {enumerate_some(found.only_b, NAMED)}"
     return text + "."
 
 
@@ -56,23 +56,20 @@ def conclude_session(session: SessionComparison) -> str:
     """One sentence about one session."""
     if session.identical:
         return f"{session.name}: A and B are the same, nothing changed."
-    methods = list(dict.fromkeys(view.method for view in session.views))
+    totals = Counter(view.method for view in session.views)
     parts = []
-    for verdict, words in (("worse", "worse"), ("better", "better"), ("changed", "other, neither better nor worse,")):
+    for verdict, words in _VERBS.items():
         counts = Counter(view.method for view in session.views if view.verdict == verdict)
-        of = [f"{counts[m]} of {_count(session, m)} views by {m}" for m in reversed(methods) if counts[m]]
+        of = [f"{counts[m]} of {totals[m]} views by {m}" for m in reversed(totals) if counts[m]]
         if session.category is not None and session.category.verdict == verdict:
             of.append(f"what it is taken for ({session.category.a}{ARROW}{session.category.b})")
         if of:
             parts.append(f"{words} in {', '.join(of)}")
     if not parts:
-        judged = sum(view.floor_m is not None for view in session.views)
-        least = (
-            "" if judged == len(session.views) else f" (views that are ok in both: {judged} of {len(session.views)})"
-        )
-        return (
-            f"{session.name}: B is as good as A: nothing changed by more than chance, by {', '.join(methods)}{least}."
-        )
+        judged, views = sum(view.floor_m is not None for view in session.views), len(session.views)
+        least = "" if judged == views else f" (views that are ok in both: {judged} of {views})"
+        same = "B is as good as A: nothing changed by more than chance"
+        return f"{session.name}: {same}, by {', '.join(totals)}{least}."
     if session.verdict != "worse":
         parts.insert(0, "nowhere worse")
     return f"{session.name}: B is " + "; ".join(parts) + "."
@@ -108,10 +105,7 @@ def view_rows(views: Iterable[ViewComparison]) -> list[tuple[str, ...]]:
     """The cells of VIEW_HEADER."""
     return [
         (
-            str(view.view),
-            view.method,
-            view.verdict,
-            _change(view.status_a, view.status_b),
+            *_name(view),
             _cell(view.errors.get("translation_error_m"), 1e3),
             _cell(view.errors.get("rotation_error_chordal")),
             _cell(view.errors.get("center_error_m"), 1e3),
@@ -124,17 +118,7 @@ def view_rows(views: Iterable[ViewComparison]) -> list[tuple[str, ...]]:
 
 def brief_rows(views: Iterable[ViewComparison]) -> list[tuple[str, ...]]:
     """The cells of BRIEF_HEADER, for a terminal: of the errors the one that changed most, in floors."""
-    return [
-        (
-            str(view.view),
-            view.method,
-            view.verdict,
-            _change(view.status_a, view.status_b),
-            _largest(view),
-            _floors(view),
-        )
-        for view in views
-    ]
+    return [(*_name(view), _largest(view), _floors(view)) for view in views]
 
 
 def describe_session(session: SessionComparison, most: int) -> str:
@@ -158,22 +142,17 @@ def list_notes(sessions: Sequence[SessionComparison]) -> list[str]:
     return [f"{note} ({count} of {len(sessions)} sessions)" for note, count in counts.most_common()]
 
 
-def _count(session: SessionComparison, method: str) -> int:
-    return sum(view.method == method for view in session.views)
-
-
-def _enumerate(names: Iterable[str]) -> str:
-    shown = list(names)
-    more = len(shown) - NAMED
-    return ", ".join(shown[:NAMED]) + (f" and {more} more" if more > 0 else "")
-
-
 def _change(a: str, b: str) -> str:
     return a if a == b else f"{a}{ARROW}{b}"
 
 
 def _both(values: tuple[float, float] | None, factor: float = 1.0) -> str:
     return "" if values is None else _change(*(number(factor * value) for value in values))
+
+
+def _name(view: ViewComparison) -> tuple[str, ...]:
+    """The cells that both headers of views begin with."""
+    return str(view.view), view.method, view.verdict, _change(view.status_a, view.status_b)
 
 
 def _floors(view: ViewComparison) -> str:
@@ -191,5 +170,4 @@ def _largest(view: ViewComparison) -> str:
 def _cell(difference: Difference | None, factor: float = 1.0) -> str:
     if difference is None:
         return ""
-    mark = {"worse": " !", "better": "", "same": ""}[difference.verdict]
-    return _change(number(factor * difference.a), number(factor * difference.b)) + mark
+    return _both((difference.a, difference.b), factor) + (" !" if difference.verdict == "worse" else "")

@@ -10,22 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orbitscan.processing.results.batch_table import Row, methods_of
-from orbitscan.processing.review.figures.style import (
-    ERRORS,
-    FOLDER,
-    MARKERS,
-    STYLE,
-    Quantity,
-    method_color,
-    needs_logarithm,
-    save,
-)
+from orbitscan.processing.review.figures import style
+from orbitscan.processing.review.figures.style import ERRORS, STYLE, Quantity
+from orbitscan.processing.review.markdown import plural
 
 
 def write_batch_figure(folder: Path, rows: Sequence[Row]) -> list[Path]:
     """Write `figures/errors` of a batch into its folder; the paths, none without truth. Raises UnwritableOutput."""
     figure = draw_batch(rows)
-    return [] if figure is None else save(figure, folder / FOLDER / "errors")
+    return [] if figure is None else style.save(figure, folder / style.FOLDER / "errors")
 
 
 def draw_batch(rows: Sequence[Row]) -> Figure | None:
@@ -44,7 +37,7 @@ def draw_batch(rows: Sequence[Row]) -> Figure | None:
             _draw_strips(axes, {method: _largest(rows, method, quantity) for method in methods})
             axes.set_xticks(range(len(methods)), names, fontsize=7)
             axes.set_ylabel("largest " + quantity.label.replace("\n", " "))
-        title = f"{known} session{'' if known == 1 else 's'} with ground truth: the largest error of each"
+        title = f"{known} {plural(known, 'session')} with ground truth: the largest error of each"
         figure.suptitle(title, fontsize=10)
         figure.supxlabel("method; sessions in which a view failed", fontsize=8)
     return figure
@@ -54,17 +47,12 @@ def _draw_strips(axes: Axes, samples: Mapping[str, Sequence[float]]) -> None:
     """A point for each session, spread sideways in the order of the sessions, and a bar at the median."""
     for place, (method, values) in enumerate(samples.items()):
         spread = place + (np.linspace(-0.22, 0.22, len(values)) if len(values) > 1 else np.zeros(len(values)))
-        style: dict[str, Any] = {
-            "marker": MARKERS[method],
-            "color": method_color(method),
-            "markersize": 4,
-            "alpha": 0.8,
-        }
-        axes.plot(spread, values, linestyle="none", markeredgewidth=0, **style)
+        mark: dict[str, Any] = {"marker": style.MARKERS[method], "color": style.method_color(method), "alpha": 0.8}
+        axes.plot(spread, values, linestyle="none", markersize=4, markeredgewidth=0, **mark)
         if values:
             axes.hlines(np.median(values), place - 0.32, place + 0.32, color="black", linewidth=1.5)
     known = [value for values in samples.values() for value in values]
-    if known and min(known) > 0 and needs_logarithm(known):
+    if known and min(known) > 0 and style.needs_logarithm(known):
         axes.set_yscale("log")
     else:
         axes.set_ylim(bottom=0.0)
@@ -73,7 +61,7 @@ def _draw_strips(axes: Axes, samples: Mapping[str, Sequence[float]]) -> None:
 
 
 def _largest(rows: Sequence[Row], method: str, quantity: Quantity) -> list[float]:
-    """Of each session that has the method and a truth."""
+    """The largest errors of the sessions that have the method and a truth."""
     found = [row.of(method, f"max_{quantity.name}") for row in rows]
     return [quantity.factor * value for value in found if value is not None]
 

@@ -16,16 +16,8 @@ from orbitscan.processing.results.folder import Results, read_results
 from orbitscan.processing.results.records import MethodResult, ViewEstimate
 from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review.curves import ROUNDING
-from orbitscan.processing.review.figures.style import (
-    ERRORS,
-    FOLDER,
-    STYLE,
-    Quantity,
-    method_color,
-    method_line,
-    needs_logarithm,
-    save,
-)
+from orbitscan.processing.review.figures import style
+from orbitscan.processing.review.figures.style import ERRORS, STYLE, Quantity, method_color, method_line
 
 CROWDED = 60  # views, from which on a curve's points would hide each other
 BESIDE = 0.15  # of a view, between the marks of two methods
@@ -44,7 +36,11 @@ def write_figures(folder: Path) -> list[Path]:
     None where there is nothing to draw: a single view without truth. Raises UnwritableOutput.
     """
     results = read_results(folder).results
-    return [path for name, figure in draw_session(results).items() for path in save(figure, folder / FOLDER / name)]
+    return [
+        path
+        for name, figure in draw_session(results).items()
+        for path in style.save(figure, folder / style.FOLDER / name)
+    ]
 
 
 def draw_session(results: Results) -> dict[str, Figure]:
@@ -84,14 +80,15 @@ def _draw(
         plots[-1].set_xlim(used[0] - 0.5, used[-1] + 0.5)  # views without values have a place too
         plots[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
         figure.suptitle(title, fontsize=10)
-        handles = [_legend_line(method) for method in values] + _legend_marks(results)
+        handles = [Line2D([], [], label=method, **method_line(method, marked=True)) for method in values]
+        handles += _legend_marks(results)
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, columnspacing=1.2)
     return figure
 
 
 def _draw_curves(axes: Axes, used: Sequence[int], curves: Mapping[Method, np.ndarray], quantity: Quantity) -> None:
     largest = [np.nanmax(curve) for curve in curves.values() if np.nanmax(curve, initial=0.0) > 0]
-    logarithmic = not quantity.whole and needs_logarithm(largest)
+    logarithmic = not quantity.whole and style.needs_logarithm(largest)
     for method, curve in curves.items():
         if logarithmic:  # what is of the arithmetic, as view {0}'s, has no logarithm
             curve = np.where(curve > ROUNDING * quantity.factor, curve, np.nan)
@@ -117,10 +114,6 @@ def _mark_failed(
             axes.plot([view + aside], [0.0], color=method_color(method), **_NO_POSE, **place)
         elif status[view] != Status.OK and np.isfinite(value):
             axes.plot([view], [value], marker="+" if status[view] == Status.AMBIGUOUS else "x", **_MARK)
-
-
-def _legend_line(method: Method) -> Line2D:
-    return Line2D([], [], label=method, **method_line(method, marked=True))
 
 
 def _legend_marks(results: Results) -> list[Line2D]:

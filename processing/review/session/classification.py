@@ -7,7 +7,7 @@ import rerun as rr
 from orbitscan.processing.results.records import SessionClassification, SessionResult, ViewClassification
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.curves import Style, Value
-from orbitscan.processing.review.markdown import ENUMERATED, enumerate_views, name_view
+from orbitscan.processing.review.markdown import enumerate_some, enumerate_views, name_view, plural
 
 SHOWN_PROBABILITY = 0.05  # a category that stays below is only in the way
 _TRUE_WIDTH, _OTHER_WIDTH = 4.0, 1.5
@@ -57,23 +57,25 @@ def describe_classification(result: SessionResult) -> str:
     text = f"**{conclude(found, result.info.category)}**"
     other, unknown = _dissenters(found, result.info.category)
     if other:
-        said = [f"{view.view} ({describe_view(view)})" for view in other[:ENUMERATED]]
-        more = f" and {len(other) - ENUMERATED} more" if len(other) > ENUMERATED else ""
-        text += f" Alone, {_views(len(other))} {', '.join(said)}{more} {_agree(len(other), 'say')} otherwise."
+        said = enumerate_some([f"{view.view} ({describe_view(view)})" for view in other])
+        text += f" Alone, {plural(len(other), 'view')} {said} {'says' if len(other) == 1 else 'say'} otherwise."
     if unknown:
         views = enumerate_views([view.view for view in unknown])
-        text += f" Alone, {_views(len(unknown))} {views} would be unknown."
+        text += f" Alone, {plural(len(unknown), 'view')} {views} would be unknown."
     return text
 
 
 def conclude(found: SessionClassification, truth: str | None = None) -> str:
     """One sentence: what it is, how sure that is, and, where the true category is known, whether it is right."""
     count = len(found.views)
+    likeliest = found.likeliest.replace("_", " ")
     over = f"fused over {count} views" if count > 1 else "by one view"
     if found.known:
-        text = f"It is {_with_article(found.likeliest)} ({found.probability:.0%}, {over})"
+        text = (
+            f"It is {'an' if likeliest[:1].lower() in 'aeiou' else 'a'} {likeliest} ({found.probability:.0%}, {over})"
+        )
     else:
-        text = f"It is unknown: likeliest {_words(found.likeliest)} {found.probability:.0%}, {over}"
+        text = f"It is unknown: likeliest {likeliest} {found.probability:.0%}, {over}"
     if not truth:
         return text + "."
     if truth not in found.categories:
@@ -121,19 +123,3 @@ def _dissenters(
 def _expected(found: SessionClassification, truth: str | None) -> str | None:
     """The right answer: the true category where that is on record, else the fused one; None for unknown."""
     return found.category if not truth else truth if truth in found.categories else None
-
-
-def _words(category: str) -> str:
-    return category.replace("_", " ")
-
-
-def _with_article(category: str) -> str:
-    return f"{'an' if category[:1].lower() in 'aeiou' else 'a'} {_words(category)}"
-
-
-def _views(count: int) -> str:
-    return "views" if count > 1 else "view"
-
-
-def _agree(count: int, verb: str) -> str:
-    return verb if count > 1 else f"{verb}s"

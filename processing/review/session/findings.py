@@ -33,11 +33,8 @@ def list_joint_findings(result: SessionResult) -> Iterator[tuple[int, rr.TextLog
     for estimate in found.views:
         if estimate.status not in (Status.OK, Status.UNREADABLE):  # that has been said
             subject = name_view(estimate.view, names[estimate.view])
-            yield (
-                estimate.view,
-                _level(estimate),
-                f"{subject}, refined: {explain(estimate, found.speaking.get(estimate.view))}",
-            )
+            why = explain(estimate, found.speaking.get(estimate.view))
+            yield estimate.view, _level(estimate), f"{subject}, refined: {why}"
     for pair, disagreement in left_out(found):
         yield pair.source, rr.TextLogLevel.WARN, f"refined: {explain_left_out(pair, disagreement)}"
 
@@ -103,7 +100,7 @@ def list_starts(pair: PairEstimate) -> Iterator[tuple[Candidate, str]]:
 
 
 def describe_evidence(pair: PairEstimate) -> str:
-    """From many points to few inliers, then overlap and residual, with units."""
+    """A pair's evidence in words: from many points to few inliers, then overlap and residual, with units."""
     e = pair.evidence
     counts = [
         (e.points, "points"), (e.keypoints, "keypoints"), (e.valid_frames, "with a frame"),

@@ -8,24 +8,12 @@ import rerun.blueprint as rrb
 
 from orbitscan.processing.results.status import Method
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.entities import (
-    BACKGROUND,
-    CLASSES,
-    ERRORS,
-    EVIDENCE,
-    LOG_ERRORS,
-    MM_ERRORS,
-    SHARES,
-    STAMP_TIMELINE,
-    TURNTABLE,
-    VIEW_TIMELINE,
-)
+from orbitscan.processing.review.entities import STAMP_TIMELINE, VIEW_TIMELINE
+from orbitscan.processing.review.panels import HIDDEN, make_blueprint, view_3d, view_curves, view_log
 from orbitscan.processing.review.session.scene import Scene
 from orbitscan.processing.review.session.shading import Shading
-from orbitscan.processing.review.stream import make_blueprint
 from orbitscan.processing.timing import STAGES
 
-HIDDEN = rrb.PlotLegend(visible=False)  # colours mean the same in every plot: the first of a tab tells them
 FUNNEL = ("points", "keypoints", "valid_frames", "matches", "inliers", "overlap")
 
 
@@ -80,7 +68,7 @@ def lay_out(
                     rrb.TextDocumentView(origin="/summary", name="Summary"),
                     rrb.TextDocumentView(origin="/story", name="View"),
                     rrb.TextDocumentView(origin="/table", name="Table"),
-                    _log(),
+                    view_log(VIEW_TIMELINE),
                 ),
                 row_shares=[3, 2],
             ),
@@ -97,17 +85,8 @@ def _view_3d(
     time_ranges: Sequence[rrb.VisibleTimeRange] | None = None,
     colors: Mapping[Any, Any] | None = None,
 ) -> rrb.Spatial3DView:
-    return rrb.Spatial3DView(
-        origin="/",
-        contents=contents,
-        name=name,
-        background=BACKGROUND,
-        line_grid=False,
-        eye_controls=eye,
-        defaults=[rr.TransformAxes3D.from_fields(axis_length=0.0)],  # else every frustum carries three arrows
-        time_ranges=time_ranges,
-        overrides=colors,
-    )
+    bare = [rr.TransformAxes3D.from_fields(axis_length=0.0)]  # else every frustum carries three arrows
+    return view_3d("/", name, eye, contents=contents, defaults=bare, time_ranges=time_ranges, overrides=colors)
 
 
 def _of_clouds(method: Method, colors: Mapping[int, entities.Color]) -> dict[str, rr.Points3D]:
@@ -125,25 +104,25 @@ def _matches(scene: Scene | None) -> rrb.Spatial3DView:
     return _view_3d("Matches", eye, ["/pairs/**"], ranges)
 
 
-def _curves(origin: str, title: str, contents: Sequence[str] = ("$origin/**",), **options: Any) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(
-        origin=origin,
-        contents=contents,
-        name=title,
-        axis_x=rrb.TimeAxis(link="LinkToGlobal"),
-        interaction=rrb.PlotInteraction(points_display="Always"),
-        **{"plot_legend": HIDDEN, **options},
-    )
+def _curves(
+    origin: str,
+    title: str,
+    legend: rrb.PlotLegend | rrb.Corner2D = HIDDEN,
+    contents: Sequence[str] = ("$origin/**",),
+    axis_y: rrb.ScalarAxis | None = None,
+) -> rrb.TimeSeriesView:
+    linked = rrb.TimeAxis(link="LinkToGlobal")
+    return view_curves(origin, title, legend, contents=contents, axis_x=linked, axis_y=axis_y)
 
 
 def _errors() -> rrb.Grid:
     """Each error beside its logarithm: Rerun's axes are linear, and the methods differ by orders of magnitude."""
     plots: list[Any] = []
-    for quantity, (title, error, _) in LOG_ERRORS.items():
+    for quantity, (title, error, _) in entities.LOG_ERRORS.items():
         legend = HIDDEN if plots else rrb.Corner2D.LeftTop
-        shown = quantity if quantity in MM_ERRORS else error
-        heading = MM_ERRORS[quantity][0] if quantity in MM_ERRORS else ERRORS[error]
-        plots.append(_curves(f"/errors/{shown}", heading, plot_legend=legend))
+        shown = quantity if quantity in entities.MM_ERRORS else error
+        heading = entities.MM_ERRORS[quantity][0] if quantity in entities.MM_ERRORS else entities.ERRORS[error]
+        plots.append(_curves(f"/errors/{shown}", heading, legend))
         plots.append(_curves(f"/errors_log10/{quantity}", title))
     return rrb.Grid(*plots, grid_columns=2, name="Errors")
 
@@ -151,9 +130,9 @@ def _errors() -> rrb.Grid:
 def _evidence(name: str, shown: Sequence[str]) -> rrb.Grid:
     plots: list[Any] = []
     for quantity in shown:
-        axis = rrb.ScalarAxis(range=(0.0, 1.05)) if quantity in SHARES else None
+        axis = rrb.ScalarAxis(range=(0.0, 1.05)) if quantity in entities.SHARES else None
         legend = HIDDEN if plots else rrb.Corner2D.LeftBottom
-        plots.append(_curves(f"/evidence/{quantity}", EVIDENCE[quantity], axis_y=axis, plot_legend=legend))
+        plots.append(_curves(f"/evidence/{quantity}", entities.EVIDENCE[quantity], legend, axis_y=axis))
     return rrb.Grid(*plots, grid_columns=2, name=name)
 
 
@@ -164,7 +143,7 @@ def _support(methods: Sequence[Method]) -> list[str]:
 
 
 def _turntable() -> rrb.Vertical:
-    plots: list[Any] = [_curves(f"/turntable/{name}", title) for name, title in TURNTABLE.items()]
+    plots: list[Any] = [_curves(f"/turntable/{name}", title) for name, title in entities.TURNTABLE.items()]
     return rrb.Vertical(*plots, name="Turntable")
 
 
@@ -173,9 +152,9 @@ def _classes(categories: Sequence[str]) -> rrb.Vertical:
     share = rrb.ScalarAxis(range=(0.0, 1.05))
     alone, fused = ([f"/classification/{path}{name}" for name in categories] for path in ("", "fused/"))
     return rrb.Vertical(
-        _curves("/classification", CLASSES["alone"], alone, axis_y=share, plot_legend=rrb.Corner2D.LeftBottom),
-        _curves("/classification/fused", CLASSES["fused"], fused, axis_y=share),
-        _curves("/classification/entropy", CLASSES["entropy"]),
+        _curves("/classification", entities.CLASSES["alone"], rrb.Corner2D.LeftBottom, alone, share),
+        _curves("/classification/fused", entities.CLASSES["fused"], HIDDEN, fused, share),
+        _curves("/classification/entropy", entities.CLASSES["entropy"]),
         row_shares=[4, 4, 2],
         name="Class",
     )
@@ -184,18 +163,9 @@ def _classes(categories: Sequence[str]) -> rrb.Vertical:
 def _timing(methods: Sequence[Method]) -> rrb.Vertical:
     best = methods[-1]
     title = "Time per view [s]" + (", the joint refinement at the end left out" if best == "refined" else "")
+    stages = [f"/timing/{stage}/{best}" for stage in STAGES]
     return rrb.Vertical(
-        _curves("/timing/total", title, plot_legend=rrb.Corner2D.LeftTop),
-        _curves(
-            "/timing",
-            f"Time per view and stage, {best} [s]",
-            [f"/timing/{stage}/{best}" for stage in STAGES],
-            plot_legend=rrb.Corner2D.LeftTop,
-        ),
+        _curves("/timing/total", title, rrb.Corner2D.LeftTop),
+        _curves("/timing", f"Time per view and stage, {best} [s]", rrb.Corner2D.LeftTop, stages),
         name="Timing",
     )
-
-
-def _log() -> rrb.TextLogView:
-    columns = rrb.TextLogColumns(timeline_columns=[VIEW_TIMELINE], text_log_columns=["loglevel", "body"])
-    return rrb.TextLogView(origin="/log", name="Log", columns=columns)

@@ -29,11 +29,9 @@ def draw_scale(shading: Shading, scene: Scene) -> tuple[rr.Points3D, rr.Points3D
     column = place + heights[:, None] * scene.diameter * scene.up
     colors, words = zip(*shading.scale, strict=True)
     dots = rr.Points3D(column, colors=colors, radii=-8.0)
-    texts = np.vstack([column, column[-1] + 0.2 * scene.diameter * scene.up])
-    labels = rr.Points3D(
-        texts, labels=[*words, shading.meaning], show_labels=True, colors=entities.LABEL_COLOR, radii=-0.1
-    )
-    return dots, labels
+    places = np.vstack([column, column[-1] + 0.2 * scene.diameter * scene.up])
+    texts = [*words, shading.meaning]
+    return dots, rr.Points3D(places, labels=texts, show_labels=True, colors=entities.LABEL_COLOR, radii=-0.1)
 
 
 def draw_edges(
@@ -69,7 +67,7 @@ def draw_freedom(freedom: Freedom, scene: Scene) -> tuple[rr.LineStrips3D, rr.Po
     dots += scene.foot(freedom.axis, freedom.point)
     strips = list(dots.reshape(DASHES, 2, 3))
     if freedom.kind == "turn":
-        across = np.linalg.svd(freedom.axis[None])[2][1:]  # two unit vectors square to the axis
+        across = np.linalg.svd(freedom.axis[None])[2][1:]  # two unit vectors perpendicular to the axis
         angle = np.linspace(0, 2 * np.pi, 4 * DASHES)[:, None]
         ring = 0.2 * size * (np.cos(angle) * across[0] + np.sin(angle) * across[1])
         strips += list((dots[0] + ring).reshape(2 * DASHES, 2, 3))

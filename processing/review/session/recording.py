@@ -20,13 +20,11 @@ from orbitscan.processing.review.session.scene import Scene
 from orbitscan.processing.review.session.shading import shade_views
 from orbitscan.processing.review.session.view_story import Seen, tell
 from orbitscan.processing.review.session.views import PlacedViews
-from orbitscan.processing.review.stream import GrowingRecording
+from orbitscan.processing.review.stream import GrowingRecording, make_document
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import SessionInfo
 
 POINT_BYTES = 64  # of a view's point, or a point of the model, in the file: at most
-SHOWN_FREEDOMS = 3  # motions that nothing determines, as drawn
-SHOWN_GAPS = 3  # azimuths that no view covers, as drawn
 
 
 class SessionReview:
@@ -80,7 +78,7 @@ class SessionReview:
 
     def close(self) -> None:
         """Completes the file."""
-        self._file.close()
+        self._stream.disconnect()
 
     def add_view(self, result: ViewResult) -> None:
         """Writes what is known of a view; what does not exist (an estimate, a truth, points) is left out.
@@ -159,7 +157,7 @@ class SessionReview:
 
     def _set_scene(self, origin: ViewResult) -> None:
         self._scene = Scene.around(origin.points, self._info.elevation_deg, self._info.sensor_origin)
-        self._placed.set_scene(self._scene)
+        self._placed.scene = self._scene
         if origin.view in self._truth:
             self._T_0_object = poses.invert(self._truth[origin.view])
         layout = lay_out(
@@ -174,7 +172,7 @@ class SessionReview:
     def _log_classes(self, found: ViewClassification) -> None:
         if not self._categories:
             self._categories = tuple(found.probabilities)
-            self._curves.choose_styles(classification.choose_styles(self._categories, self._info.category))
+            self._curves.styles = classification.choose_styles(self._categories, self._info.category)
         self._curves.add(found.view, classification.probability_values(found))
 
     def _complete_curves(self, result: SessionResult, stamps_ns: Mapping[int, int]) -> None:
@@ -194,11 +192,11 @@ class SessionReview:
     def _log_marks(self, result: SessionResult, best: MethodResult, scene: Scene) -> None:
         if result.turntable is not None:
             self._log_marked("/turntable/axis", *marks.draw_turntable(result.turntable, scene))
-        for number, freedom in enumerate(best.freedoms[:SHOWN_FREEDOMS]):
+        for number, freedom in enumerate(best.freedoms[: summary.SHOWN_FREEDOMS]):
             self._log_marked(f"/free/{number:02d}", *marks.draw_freedom(freedom, scene))
         if (coverage := result.coverage) is not None:
-            for number, gap in enumerate(coverage.gaps[:SHOWN_GAPS]):
-                self._log_marked(entities.gap_path(number), *marks.draw_gap(gap, coverage, scene))
+            for number, gap in enumerate(coverage.gaps[: summary.SHOWN_GAPS]):
+                self._log_marked(f"/coverage/gap_{number:02d}", *marks.draw_gap(gap, coverage, scene))
         if result.model is not None:
             marks.log_model(self._stream, result.model, scene.up)
 
@@ -236,4 +234,4 @@ class SessionReview:
         self._stream.log(f"{path}/label", label, static=True)
 
     def _log_text(self, path: str, markdown: str, static: bool = True) -> None:
-        self._stream.log(path, rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN), static=static)
+        self._stream.log(path, make_document(markdown), static=static)

@@ -67,5 +67,5 @@ class Scene:
         return rrb.EyeControls3D(position=position, look_target=self.center, eye_up=self.up)
 
     def _level(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unit vectors (3,) square to up: to the right of camera {0}, and away from it."""
+        """Unit vectors (3,) perpendicular to up: to the right of camera {0}, and away from it."""
         return np.array([1.0, 0.0, 0.0]), np.array([0.0, self.up[2], -self.up[1]])

@@ -1,21 +1,23 @@
 """A session's summary: what its best method places, what is wrong, what the object is, what turned it."""
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from orbitscan.processing.results.edges import left_out
-from orbitscan.processing.results.records import (
-    Coverage,
-    MethodResult,
-    SessionResult,
-    Turntable,
-    TurntableDeviation,
-    ViewEstimate,
-)
+from orbitscan.processing.results.records import Coverage, MethodResult, SessionResult, Turntable, ViewEstimate
 from orbitscan.processing.results.status import Method, Status
-from orbitscan.processing.review.markdown import describe_freedom, enumerate_views, in_mm, name_gap, name_view, number
+from orbitscan.processing.review.markdown import (
+    describe_freedom,
+    enumerate_some,
+    enumerate_views,
+    in_mm,
+    name_gap,
+    name_view,
+    number,
+    plural,
+)
 from orbitscan.processing.review.session.classification import describe_classification
 from orbitscan.processing.review.session.findings import explain
 from orbitscan.processing.review.session.tables import tabulate_methods
@@ -74,7 +76,8 @@ def summarize(result: SessionResult, methods: Sequence[Method]) -> str:
         lines += [describe_turntable(result.turntable), ""]
     if result.coverage is not None:
         lines += [describe_coverage(result.coverage, result.turntable is not None), ""]
-    if free := describe_freedoms(found, _step_was_given(result)):
+    step_was_given = result.settings.get("pair", {}).get("step_deg") is not None
+    if free := describe_freedoms(found, step_was_given):
         lines += [free, ""]
     if best == "refined" and (dropped := len(left_out(found))):
         lines += [f"{dropped} of {len(found.pairs)} pairs are left out of the graph: see the log.", ""]
@@ -87,17 +90,18 @@ def summarize(result: SessionResult, methods: Sequence[Method]) -> str:
 
 
 def describe_turntable(turntable: Turntable) -> str:
-    """Its step, sense and axis, and the views that depart from it most."""
+    """A turntable's step, sense and axis in words, and the views that depart from it most."""
     up = -turntable.axis[1]  # a camera's y points down
     sense = "counterclockwise" if up > 0 else "clockwise"
     tilt = float(np.degrees(np.arccos(min(1.0, abs(up)))))
-    worst = [_worst(turntable, lambda d: abs(d.slip_deg)), _worst(turntable, lambda d: d.wobble_deg)]
-    shifted = _worst(turntable, lambda d: d.shift_m)
+    slipped = max(turntable.deviations, key=lambda d: abs(d.slip_deg))
+    wobbling = max(turntable.deviations, key=lambda d: d.wobble_deg)
+    shifted = max(turntable.deviations, key=lambda d: d.shift_m)
     return (
         f"**Turntable:** {turntable.step_deg:.2f}° from view to view, the camera going {sense} seen from above; "
         f"the axis leans {tilt:.2f}° off the first view's upright. "
-        f"At worst a view slips by {number(abs(worst[0].slip_deg))}° (view {worst[0].view}), "
-        f"wobbles by {number(worst[1].wobble_deg)}° (view {worst[1].view}) "
+        f"At worst a view slips by {number(abs(slipped.slip_deg))}° (view {slipped.view}), "
+        f"wobbles by {number(wobbling.wobble_deg)}° (view {wobbling.view}) "
         f"and shifts by {in_mm(shifted.shift_m)} mm (view {shifted.view})."
     )
 
@@ -123,10 +127,8 @@ def describe_freedoms(found: MethodResult, step_was_given: bool) -> str:
         free, frame = next((pairs[v].freedoms for v in ambiguous if v in pairs and pairs[v].freedoms), ()), ""
     if not free:
         return ""
-    parts = [describe_freedom(freedom) for freedom in free[:SHOWN_FREEDOMS]]
-    more = len(free) - len(parts)
-    text = f"**Cannot be told{frame}:** {', '.join(parts)}{f' and {more} more' if more else ''}"
-    text += f" ({'views' if len(ambiguous) > 1 else 'view'} {enumerate_views(ambiguous)}). " if ambiguous else ". "
+    text = f"**Cannot be told{frame}:** {enumerate_some([*map(describe_freedom, free)], SHOWN_FREEDOMS)}"
+    text += f" ({plural(len(ambiguous), 'view')} {enumerate_views(ambiguous)}). " if ambiguous else ". "
     if any(freedom.kind == "turn" for freedom in free):
         text += "The object looks the same all round; "
         if step_was_given:
@@ -142,11 +144,3 @@ def _worst_first(found: MethodResult) -> list[ViewEstimate]:
     confidence = {view: pair.confidence for view, pair in found.speaking.items()}
     failed = [view for view in found.views if view.status != Status.OK]
     return sorted(failed, key=lambda v: (v.T_0_i is not None, confidence.get(v.view, 0.0), v.view))
-
-
-def _worst(turntable: Turntable, size: Callable[[TurntableDeviation], float]) -> TurntableDeviation:
-    return max(turntable.deviations, key=size)
-
-
-def _step_was_given(result: SessionResult) -> bool:
-    return result.settings.get("pair", {}).get("step_deg") is not None

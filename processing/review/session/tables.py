@@ -43,22 +43,14 @@ def tabulate_views(result: SessionResult, methods: Sequence[Method]) -> str:
                 names[estimate.view],
             ]
         )
-    header = [
-        "view",
-        "status",
-        "shows",
-        "translation [mm]",
-        "chordal",
-        "centre [mm]",
-        "its pair [deg]",
-        "observable [deg]",
-    ]
-    header += ["pairs", "overlap", "residual [mm]", "misfit", "in front"]
+    header = ["view", "status", "shows", "translation [mm]", "chordal", "centre [mm]", "its pair [deg]"]
+    header += ["observable [deg]", "pairs", "overlap", "residual [mm]", "misfit", "in front"]
     header += ["points", "keypoints", "frames", "matches", "inliers", *lesser, "name"]
     return "\n".join([f"Status, errors and evidence of {best}.", "", *write_table(header, rows)])
 
 
 def tabulate_methods(result: SessionResult, methods: Sequence[Method]) -> list[str]:
+    """A row per method as the lines of a Markdown table, the best first, and what its columns mean."""
     header = ["method", "not ok", "overlap", "residual [mm]", "translation [mm]", "chordal", "centre [mm]"]
     header += ["a pair [deg]", "observable [deg]"]
     rows = []
@@ -85,10 +77,10 @@ def tabulate_methods(result: SessionResult, methods: Sequence[Method]) -> list[s
 
 
 def _largest_observable(found: MethodResult) -> float | None:
-    """Of all pairs; None where no pair's differs from its raw error."""
-    if all(observable_error(pair) is None for pair in _believed(found)):
-        return None
-    return _largest(pair.errors.rotation_error_deg_observable for pair in _believed(found))
+    """The largest observable error of the pairs; None where no pair's differs from its raw error."""
+    pairs = _believed(found)
+    differ = any(observable_error(pair) is not None for pair in pairs)
+    return _largest(pair.errors.rotation_error_deg_observable for pair in pairs) if differ else None
 
 
 def _believed(found: MethodResult) -> list[PairEstimate]:

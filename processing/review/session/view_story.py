@@ -15,13 +15,8 @@ from orbitscan.processing.results.records import (
 )
 from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.markdown import count, in_mm, name_view, number, percent, write_table
+from orbitscan.processing.review.session import findings
 from orbitscan.processing.review.session.classification import describe_view
-from orbitscan.processing.review.session.findings import (
-    describe_free_motions,
-    describe_status,
-    list_starts,
-    observable_error,
-)
 
 
 @dataclass(frozen=True)
@@ -66,7 +61,9 @@ def tell(
     compete = [(method, pair) for method in methods if (pair := placing[method]) and pair.candidates]
     if compete:
         method, pair = max(compete, key=lambda of_method: len(of_method[1].candidates))
-        lines += ["", f"### Starts that competed, {method}, against view {pair.target}", "", *_starts(pair)]
+        lines += ["", f"### Starts that competed, {method}, against view {pair.target}", ""]
+        rows = [[start.start, number(start.score), fate] for start, fate in findings.list_starts(pair)]
+        lines += write_table(["start", "score, at most 1", "what became of it"], rows)
     if others := [pair for pair in pairs.get(Method.REFINED, ()) if pair is not placing.get(Method.REFINED)]:
         lines += ["", "### Its other pairs in the graph", "", *_others(seen.view, others)]
     if seen.classification is not None:
@@ -94,15 +91,18 @@ def _conclude(
         return
     best, *lesser = methods
     estimate, pair = estimates[best], placing[best]
-    text = f"**{best}: {describe_status(estimate.status)}{'; not placed' if estimate.T_0_i is None else ''}.**"
+    text = f"**{best}: {findings.describe_status(estimate.status)}{'; not placed' if estimate.T_0_i is None else ''}.**"
     if pair is not None:
         text += f" Against view {pair.target}, confidence {number(pair.confidence)}."
-        text += "".join(f" {sentence}." for sentence in describe_free_motions(pair))
+        text += "".join(f" {sentence}." for sentence in findings.describe_free_motions(pair))
     elif estimate.T_0_i is not None and np.allclose(estimate.T_0_i, np.eye(4), atol=1e-9):
         text += " All others are placed in its frame."
     yield from ("", text)
     if lesser:
-        yield from ("", f"The others: {'; '.join(f'{m} {describe_status(estimates[m].status)}' for m in lesser)}.")
+        yield from (
+            "",
+            f"The others: {'; '.join(f'{m} {findings.describe_status(estimates[m].status)}' for m in lesser)}.",
+        )
 
 
 def _funnel(methods: Sequence[Method], placing: Mapping[Method, PairEstimate | None]) -> list[str]:
@@ -126,15 +126,12 @@ def _errors(
         errors, pair = estimates[method].errors, placing[method]
         of_pose = [in_mm(errors.translation_error_m), number(errors.rotation_error_chordal)]
         of_pose += [number(errors.rotation_error_deg), in_mm(errors.center_error_m)]
-        of_pair = (number(pair.errors.rotation_error_deg), number(observable_error(pair))) if pair else ("", "")
+        of_pair = (
+            (number(pair.errors.rotation_error_deg), number(findings.observable_error(pair))) if pair else ("", "")
+        )
         rows.append([method, *of_pose, *of_pair])
     header = ["by", "translation [mm]", "chordal [0 to 2.83]", "angle [deg]", "centre [mm]"]
     return write_table([*header, "its pair [deg]", "observable [deg]"], rows)
-
-
-def _starts(pair: PairEstimate) -> list[str]:
-    rows = [[start.start, number(start.score), fate] for start, fate in list_starts(pair)]
-    return write_table(["start", "score, at most 1", "what became of it"], rows)
 
 
 def _others(view: int, pairs: Sequence[PairEstimate]) -> list[str]:

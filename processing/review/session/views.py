@@ -29,7 +29,7 @@ class PlacedViews:
         self._stream = stream
         self._info = info
         self._best = best
-        self._scene: Scene  # from `set_scene` on
+        self.scene: Scene  # how large the object is and where frusta stand; set before anything is placed
         self._samples: dict[int, np.ndarray] = {}  # view -> thinned cloud, for the views matched to it later
 
     def set_time(self, view: int, stamp_ns: int) -> None:
@@ -37,13 +37,10 @@ class PlacedViews:
         self._stream.set_time(entities.VIEW_TIMELINE, sequence=view)
         self._stream.set_time(entities.STAMP_TIMELINE, timestamp=np.datetime64(stamp_ns, "ns"))
 
-    def set_scene(self, scene: Scene) -> None:
-        """Tells how large the object is and where frusta stand, before anything is placed."""
-        self._scene = scene
-
     def keep(self, result: ViewResult) -> None:
         """Keeps a few of a view's points: the whole cloud is dropped."""
-        self._samples[result.view] = _thin(result.points, PAIR_POINTS)
+        step = _step(len(result.points), PAIR_POINTS)
+        self._samples[result.view] = result.points[::step].copy()  # a slice would keep the whole cloud in memory
 
     def log_truth(self, view: int, T_0_i: np.ndarray) -> None:
         """The true frustum, as a thin outline."""
@@ -58,7 +55,7 @@ class PlacedViews:
         self._log_pose(method, estimate.view, estimate.T_0_i, color, width)
         points = self._samples[estimate.view]
         if wrong is not None and len(points):
-            place = self._above(points) if self._scene.sensor is None else self._scene.sensor
+            place = self._above(points) if self.scene.sensor is None else self.scene.sensor
             label = marks.draw_label(place, f"view {estimate.view}: {estimate.status}")
             self._stream.log(f"{entities.view_path(method, estimate.view)}/label", label)
 
@@ -90,7 +87,10 @@ class PlacedViews:
             if color is not None and len(self._samples[estimate.view]):
                 path = entities.cloud_path("refined", estimate.view)
                 self._stream.log(path, rr.Points3D.from_fields(colors=color))
-        self._log_edges(found, stamps_ns)
+        drawn = marks.draw_edges(found.pairs, self.sensors(found.views), list(stamps_ns))
+        for view, lines in drawn.items():
+            self.set_time(view, stamps_ns[view])
+            self._stream.log(f"/graph/view_{view:03d}", lines)
 
     def sensors(self, views: Sequence[ViewEstimate]) -> dict[int, np.ndarray]:
         """View -> where its frustum stands in frame {0}, (3,), or the middle of its cloud where that is unknown."""
@@ -98,7 +98,7 @@ class PlacedViews:
         for view in views:
             points = self._samples[view.view]
             if view.T_0_i is not None and len(points):
-                place = points.mean(axis=0) if self._scene.sensor is None else self._scene.sensor
+                place = points.mean(axis=0) if self.scene.sensor is None else self.scene.sensor
                 places[view.view] = poses.transform(view.T_0_i, place[None])[0]
         return places
 
@@ -107,8 +107,8 @@ class PlacedViews:
         source, target = self._samples[found.source], self._samples[found.target]
         if not len(source) or not len(target):
             return
-        path = entities.pair_path(found.source, found.target)
-        aside = np.array([0.65 * self._scene.diameter, 0.0, 0.0])
+        path = f"/pairs/{found.target:03d}_{found.source:03d}"  # target first: view 17 registered to 16 is 016_017
+        aside = np.array([0.65 * self.scene.diameter, 0.0, 0.0])
         to_right, to_left = aside - source.mean(axis=0), -aside - target.mean(axis=0)
         for name, points, view in (
             ("source", source + to_right, found.source),
@@ -124,28 +124,21 @@ class PlacedViews:
             self._stream.log(f"{path}/{name}", rr.LineStrips3D(lines[keep], colors=color, radii=width))
         words = f"{int(found.inlier.sum()):,} of {len(lines):,} matches are inliers"
         below = np.array([0.0, max((source + to_right)[:, 1].max(), (target + to_left)[:, 1].max()), 0.0])
-        below[1] += 0.08 * self._scene.diameter
+        below[1] += 0.08 * self.scene.diameter
         self._stream.log(f"{path}/label", marks.draw_label(below, words))
-
-    def _log_edges(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
-        """Lines from each view's frustum to those of the views before it."""
-        drawn = marks.draw_edges(found.pairs, self.sensors(found.views), list(stamps_ns))
-        for view, lines in drawn.items():
-            self.set_time(view, stamps_ns[view])
-            self._stream.log(entities.graph_path(view), lines)
 
     def _log_pose(self, method: str, view: int, T_0_i: np.ndarray, color: entities.Color, line_width: float) -> None:
         path = entities.view_path(method, view)
         self._stream.log(path, rr.Transform3D(translation=T_0_i[:3, 3], mat3x3=T_0_i[:3, :3]))
-        if self._scene.sensor is None:
+        if self.scene.sensor is None:
             return
-        if self._scene.sensor.any():
-            self._stream.log(f"{path}/camera", rr.Transform3D(translation=self._scene.sensor))
+        if self.scene.sensor.any():
+            self._stream.log(f"{path}/camera", rr.Transform3D(translation=self.scene.sensor))
         frustum = rr.Pinhole(
             fov_y=0.7,
             aspect_ratio=4 / 3,
             camera_xyz=rr.ViewCoordinates.RDF,
-            image_plane_distance=0.1 * self._scene.diameter,
+            image_plane_distance=0.1 * self.scene.diameter,
             color=color,
             line_width=line_width,
         )
@@ -154,12 +147,8 @@ class PlacedViews:
     def _above(self, points: np.ndarray) -> np.ndarray:
         """A place above points in a camera's frame, whose -y is up."""
         x, _, z = points.mean(axis=0)
-        return np.array([x, points[:, 1].min() - 0.05 * self._scene.diameter, z])
+        return np.array([x, points[:, 1].min() - 0.05 * self.scene.diameter, z])
 
 
 def _step(count: int, wanted: int) -> int:
     return max(1, -(-count // wanted))
-
-
-def _thin(points: np.ndarray, wanted: int) -> np.ndarray:
-    return points[:: _step(len(points), wanted)].copy()  # a slice would keep the whole cloud in memory

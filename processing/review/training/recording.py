@@ -13,8 +13,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from orbitscan.processing.review import entities
+from orbitscan.processing.review.curves import draw_line
+from orbitscan.processing.review.markdown import write_table
 from orbitscan.processing.review.matrix import draw_matrix, view_matrix
-from orbitscan.processing.review.stream import open_stream
+from orbitscan.processing.review.panels import HIDDEN, make_blueprint, view_curves
+from orbitscan.processing.review.stream import make_document, open_stream
 from orbitscan.recorder.atomic import unwritable
 
 if TYPE_CHECKING:
@@ -22,13 +25,13 @@ if TYPE_CHECKING:
     from orbitscan.processing.classification.training import TrainingSettings
 
 EPOCH_TIMELINE = "epoch"  # from 1
-CURVES: dict[str, tuple[entities.Color, str]] = {
-    "/loss/training": (entities.METHOD_COLORS["ransac_icp"], "training"),
-    "/loss/validation": (entities.METHOD_COLORS["icp"], "validation"),
-    "/accuracy/training": (entities.METHOD_COLORS["ransac_icp"], "training"),
-    "/accuracy/validation": (entities.METHOD_COLORS["icp"], "validation"),
-    "/overfitting": (entities.METHOD_COLORS["refined"], "validation loss - training loss"),
-    "/views_per_second": (entities.METHOD_COLORS["pairwise"], "views per second"),
+_CURVES: dict[str, tuple[entities.Color, str, str]] = {  # colour, name, what it shows of an EpochRecord
+    "/loss/training": (entities.METHOD_COLORS["ransac_icp"], "training", "train_loss"),
+    "/loss/validation": (entities.METHOD_COLORS["icp"], "validation", "validation_loss"),
+    "/accuracy/training": (entities.METHOD_COLORS["ransac_icp"], "training", "train_accuracy"),
+    "/accuracy/validation": (entities.METHOD_COLORS["icp"], "validation", "validation_accuracy"),
+    "/overfitting": (entities.METHOD_COLORS["refined"], "validation loss - training loss", "overfitting"),
+    "/views_per_second": (entities.METHOD_COLORS["pairwise"], "views per second", "views_per_second"),
 }
 _SHOWN_CONFUSIONS = 5
 
@@ -74,31 +77,31 @@ class TrainingReview:
         """Writes what is known after an epoch."""
         self._epochs += 1
         self._stream.set_time(EPOCH_TIMELINE, sequence=record.epoch)
-        for path, value in _values(record):
-            if np.isfinite(value):
+        for path, (*_, quantity) in _CURVES.items():
+            if np.isfinite(value := getattr(record, quantity)):
                 self._stream.log(path, rr.Scalars(value))
         for name, drawing in draw_matrix(np.array(record.confusion), self._categories, self._categories).items():
             self._stream.log(f"/confusion/{name}", drawing)
-        self._stream.log("/summary", _document(describe_epoch(record, self._categories, self._settings.epochs)))
+        self._stream.log("/summary", make_document(describe_epoch(record, self._categories, self._settings.epochs)))
         self._stream.flush()
 
     def _describe(self) -> None:
         self._stream.send_recording_name(f"training of {self.path.stem}")
-        for path, (color, name) in CURVES.items():
-            self._stream.log(path, rr.SeriesLines(colors=[color], names=[name], widths=[2.0]), static=True)
-        self._stream.log("/settings", _document(tabulate_settings(self._settings)), static=True)
+        for path, (color, name, _) in _CURVES.items():
+            self._stream.log(path, draw_line(color, name), static=True)
+        self._stream.log("/settings", make_document(tabulate_settings(self._settings)), static=True)
         self._stream.flush()
 
 
 def lay_out(categories: int) -> rrb.Blueprint:
     """Curves at the left, the confusion matrix at the right with words below, at the last epoch."""
-    return rrb.Blueprint(
+    return make_blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                _curves("/loss", "Loss: cross-entropy [nats]", rrb.Corner2D.RightTop),
-                _curves("/accuracy", "Accuracy [share of the views]", rrb.Corner2D.RightBottom),
-                _curves("/overfitting", "Overfitting: validation loss - training loss [nats]"),
-                _curves("/views_per_second", "Views trained on per second"),
+                _view_curves("/loss", "Loss: cross-entropy [nats]", rrb.Corner2D.RightTop),
+                _view_curves("/accuracy", "Accuracy [share of the views]", rrb.Corner2D.RightBottom),
+                _view_curves("/overfitting", "Overfitting: validation loss - training loss [nats]"),
+                _view_curves("/views_per_second", "Views trained on per second"),
                 row_shares=[3, 3, 2, 1],
             ),
             rrb.Vertical(
@@ -114,10 +117,6 @@ def lay_out(categories: int) -> rrb.Blueprint:
             column_shares=[1, 1],
         ),
         rrb.TimePanel(state="collapsed", timeline=EPOCH_TIMELINE, fps=2.0, play_state="following"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
     )
 
 
@@ -147,8 +146,7 @@ def describe_epoch(record: EpochRecord, categories: tuple[str, ...], epochs: int
 
 def tabulate_settings(settings: TrainingSettings) -> str:
     """All settings as a Markdown table."""
-    rows = [f"| {name} | {value} |" for name, value in _flatten(asdict(settings))]
-    return "\n".join(["| setting | value |", "| --- | --- |", *rows])
+    return "\n".join(write_table(["setting", "value"], list(_flatten(asdict(settings)))))
 
 
 def _flatten(values: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
@@ -159,25 +157,6 @@ def _flatten(values: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, st
             yield prefix + name, f"{value}" if value != "" else "(default)"
 
 
-def _values(record: EpochRecord) -> Iterator[tuple[str, float]]:
-    yield "/loss/training", record.train_loss
-    yield "/loss/validation", record.validation_loss
-    yield "/accuracy/training", record.train_accuracy
-    yield "/accuracy/validation", record.validation_accuracy
-    yield "/overfitting", record.overfitting
-    yield "/views_per_second", record.views_per_second
-
-
-def _curves(origin: str, title: str, legend: rrb.Corner2D | None = None) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(
-        origin=origin,
-        name=title,
-        axis_x=rrb.TimeAxis(link="LinkToGlobal"),
-        axis_y=rrb.ScalarAxis(range=(0.0, 1.02)) if origin == "/accuracy" else None,
-        interaction=rrb.PlotInteraction(points_display="Always"),
-        plot_legend=legend or rrb.PlotLegend(visible=False),
-    )
-
-
-def _document(markdown: str) -> rr.TextDocument:
-    return rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)
+def _view_curves(origin: str, title: str, legend: rrb.Corner2D | rrb.PlotLegend = HIDDEN) -> rrb.TimeSeriesView:
+    axis_y = rrb.ScalarAxis(range=(0.0, 1.02)) if origin == "/accuracy" else None
+    return view_curves(origin, title, legend, axis_x=rrb.TimeAxis(link="LinkToGlobal"), axis_y=axis_y)

@@ -39,10 +39,10 @@ def test_a_mug_of_three_metres_is_no_mug():
 def test_sizes_are_means_and_deviations_of_the_logarithm_and_never_too_sure():
     rng = np.random.default_rng(0)
     radii = np.exp(np.concatenate([rng.normal(-3, 0.01, 500), rng.normal(0, 0.8, 500)]))
-    means, deviations = measure_sizes(radii, np.repeat([0, 1], 500), 2)
-    np.testing.assert_allclose(means, [-3, 0], atol=0.1)
-    assert deviations[0] == LEAST_DEVIATION
-    assert deviations[1] == pytest.approx(0.8, abs=0.1)
+    found = measure_sizes(radii, np.repeat([0, 1], 500), 2)
+    np.testing.assert_allclose(found.size_means, [-3, 0], atol=0.1)
+    assert found.size_deviations[0] == LEAST_DEVIATION
+    assert found.size_deviations[1] == pytest.approx(0.8, abs=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def overconfident():
 
 def test_the_temperature_undoes_overconfidence(overconfident):
     logits, categories, sessions = overconfident
-    found = calibrate(logits, np.ones(len(logits)), categories, sessions, ((), ()))
+    found = calibrate(logits, np.ones(len(logits)), categories, sessions)
     assert found.temperature == pytest.approx(3, rel=0.1)
 
     def loss(temperature):
@@ -68,11 +68,11 @@ def test_the_temperature_undoes_overconfidence(overconfident):
 
 def test_the_thresholds_keep_95_percent(overconfident):
     logits, categories, sessions = overconfident
-    found = calibrate(logits, np.ones(len(logits)), categories, sessions, ((), ()))
+    found = calibrate(logits, np.ones(len(logits)), categories, sessions)
     scores = open_set_scores(logits)
     assert (scores >= found.threshold).mean() == pytest.approx(0.95, abs=0.001)
     assert found.threshold < found.fused_threshold < np.mean(scores)
-    again = calibrate(logits, np.ones(len(logits)), categories, sessions, ((), ()))
+    again = calibrate(logits, np.ones(len(logits)), categories, sessions)
     assert again == found
 
 
@@ -80,9 +80,9 @@ def test_the_thresholds_keep_95_percent(overconfident):
 def test_the_temperature_is_the_scale_of_the_logits(overconfident, scale):
     logits, categories, sessions = overconfident
     right = logits / 3
-    found = calibrate(scale * right, np.ones(len(logits)), categories, sessions, ((), ()))
+    found = calibrate(scale * right, np.ones(len(logits)), categories, sessions)
     assert found.temperature == pytest.approx(scale, rel=0.1)
-    as_it_was = calibrate(right, np.ones(len(logits)), categories, sessions, ((), ()))
+    as_it_was = calibrate(right, np.ones(len(logits)), categories, sessions)
     assert found.temperature == pytest.approx(scale * as_it_was.temperature, rel=1e-3)
 
 
@@ -114,8 +114,8 @@ def test_a_size_that_has_no_logarithm_is_far_from_all_and_finite():
     joint = joint_logits(np.zeros((3, 2)), np.array([0.0, np.inf, 0.06]), MUGS_AND_CARS)
     assert np.isfinite(joint).all()
     assert (open_set_scores(joint)[:2] < -100).all()
-    means, deviations = measure_sizes(np.array([0.0, 0.06, 0.06]), np.array([0, 0, 1]), 2)
-    assert np.isfinite([*means, *deviations]).all()
+    found = measure_sizes(np.array([0.0, 0.06, 0.06]), np.array([0, 0, 1]), 2)
+    assert np.isfinite([*found.size_means, *found.size_deviations]).all()
 
 
 def test_the_thresholds_count_the_size_in(overconfident):
@@ -123,7 +123,7 @@ def test_the_thresholds_count_the_size_in(overconfident):
     radii = np.exp(np.random.default_rng(1).normal(-2, 0.5, len(logits)))
     sizes = measure_sizes(radii, categories, 4)
     found = calibrate(logits, radii, categories, sessions, sizes)
-    assert (found.size_means, found.size_deviations) == sizes
+    assert (found.size_means, found.size_deviations) == (sizes.size_means, sizes.size_deviations)
     scores = open_set_scores(joint_logits(logits, radii, found))
     assert (scores >= found.threshold).mean() == pytest.approx(0.95, abs=0.001)
     rng = np.random.default_rng(2)
@@ -132,5 +132,5 @@ def test_the_thresholds_count_the_size_in(overconfident):
 
 
 def test_one_recording_of_one_view_is_enough():
-    found = calibrate(np.array([[2.0, 0.0]]), np.ones(1), np.array([0]), np.array(["a"]), ((), ()))
+    found = calibrate(np.array([[2.0, 0.0]]), np.ones(1), np.array([0]), np.array(["a"]))
     assert found.threshold == found.fused_threshold == pytest.approx(np.log(np.exp(2) + 1))

@@ -12,7 +12,6 @@ from orbitscan.processing.classification.descriptor_matching import (
     Database,
     DescriptorSettings,
     build_database,
-    classify,
     classify_views,
     describe_view,
     nearest_distances,
@@ -99,17 +98,17 @@ def test_new_views_are_recognised(kind, databases):
 def test_a_known_view_is_at_no_distance_from_its_category(kind, known, databases):
     database = databases(kind)
     for cloud, category in list(zip(*known, strict=True))[1:4]:  # of each shape one
-        distances = classify(database, describe_view(cloud, ORIGIN, kind))
+        (distances,) = classify_views(database, [cloud]).distances
         own = distances[database.categories.index(category)]
         assert own < 0.002 * np.partition(distances, 1)[1]
 
 
 def test_the_order_of_the_known_views_does_not_matter(known, databases):
     clouds, categories = known
-    query = describe_view(view("can", 3), ORIGIN, "shot")
-    one = classify(databases("shot"), query)
-    other = classify(build_database(clouds[::-1], categories[::-1], "shot"), query)
-    np.testing.assert_array_equal(one, other)
+    query = [view("can", 3)]
+    one = classify_views(databases("shot"), query)
+    other = classify_views(build_database(clouds[::-1], categories[::-1], "shot"), query)
+    np.testing.assert_array_equal(one.distances, other.distances)
 
 
 @pytest.mark.parametrize(("kind", "metric"), [("shot", "euclidean"), ("pfh", "euclidean"), ("esf", "cityblock")])
@@ -126,21 +125,20 @@ def test_the_search_is_exhaustive(kind, metric, counts, queries, length):
     np.testing.assert_allclose(found, brute_force(database, queries, metric), rtol=1e-5, atol=1e-7)
 
 
-def test_the_distance_is_the_mean_over_the_descriptors():
-    rng = np.random.default_rng(1)
-    database = drawn_database(rng)
-    queries = rng.random((9, LENGTHS["shot"])).astype(np.float32)
-    np.testing.assert_allclose(classify(database, queries), brute_force(database, queries).mean(axis=0), rtol=1e-5)
+def test_the_distance_is_the_mean_over_the_descriptors(known, databases):
+    database, cloud = databases("shot"), known[0][1]
+    (found,) = classify_views(database, [cloud]).distances
+    expected = brute_force(database, describe_view(cloud, ORIGIN, "shot")).mean(axis=0)
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6)
 
 
 def test_without_a_descriptor_there_is_no_answer(known, databases):
     database = databases("shot")
-    assert classify(database, np.empty((0, LENGTHS["shot"]), np.float32)) is None
     nothing = np.full((4, 3), np.nan, np.float32)
     answers = classify_views(database, [nothing, known[0][1], nothing])
     assert answers.categories == (None, "can", None)
     assert np.isnan(answers.distances).all(axis=1).tolist() == [True, False, True]
-    np.testing.assert_array_equal(answers.distances[1], classify(database, describe_view(known[0][1], ORIGIN, "shot")))
+    np.testing.assert_array_equal(answers.distances[1], classify_views(database, [known[0][1]]).distances[0])
     assert classify_views(database, [nothing]).categories == (None,)
     assert classify_views(database, []).categories == ()
 

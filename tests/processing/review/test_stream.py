@@ -66,7 +66,7 @@ def test_without_a_viewer_nothing_is_lost_and_nothing_waits(tmp_path):
     recording = GrowingRecording(tmp_path / "r.rrd", "test", "rerun+http://127.0.0.1:9/proxy")
     log(recording, range(3))
     assert count(tmp_path / "r.rrd") == 3  # readable before it is complete
-    recording.close()
+    recording.stream.disconnect()
     assert time.monotonic() - begun < 5
     assert subprocess.run([viewer.RERUN, "rrd", "verify", tmp_path / "r.rrd"], capture_output=True).returncode == 0
 
@@ -102,7 +102,7 @@ def test_a_viewer_shows_it_as_it_grows_and_may_go_away(tmp_path):
         window.wait()
     begun = time.monotonic()
     log(recording, range(5, 8))
-    recording.close()
+    recording.stream.disconnect()
     assert time.monotonic() - begun < 5
     assert count(tmp_path / "r.rrd") == 8
 
@@ -129,4 +129,4 @@ def test_a_disk_without_room_is_told_before_it_is_full(tmp_path, monkeypatch):
     recording.reserve(1_000_000)
     with pytest.raises(OSError, match="No space left"):
         recording.reserve(2_500_000)
-    recording.close()
+    recording.stream.disconnect()

@@ -116,8 +116,7 @@ def faked(monkeypatch):
             for method in METHODS
         ]
 
-    for module in (errors, seconds):
-        monkeypatch.setattr(module, "run_all", run_all)
+    monkeypatch.setattr(run, "run_all", run_all)
 
 
 @pytest.mark.usefixtures("faked")
@@ -157,14 +156,14 @@ def test_a_view_without_estimate_is_no_error_but_counts():
 
 @pytest.mark.usefixtures("faked")
 def test_methods_are_compared_on_the_views_that_both_placed(tmp_path, monkeypatch):
-    runs = errors.run_all(Plan(tmp_path, runs=3))
+    runs = run.run_all(Plan(tmp_path, runs=3))
     for found in runs:
         if found.method == "icp" and found.circle.what in ("bin", "statue"):
             found.views[2].update(translation_error_m=9.0, rotation_error_chordal=2.0)
         lost = {"bin": [2], "statue": [1, 2]}.get(found.circle.what, []) if found.method == "ransac_icp" else []
         for view in lost:  # a method gains nothing from leaving out the view where the other is worst
             found.views[view].update(status="no_consensus", translation_error_m=None, rotation_error_chordal=None)
-    monkeypatch.setattr(errors, "run_all", lambda plan: runs)
+    monkeypatch.setattr(run, "run_all", lambda plan: runs)
     report = errors.compare_errors(Plan(tmp_path, runs=3))
     (of_bin,) = (claim for claim in report.claims if "largest rotation error of the bin" in claim.text)
     assert "difference +0.1 chordal" in of_bin.evidence
