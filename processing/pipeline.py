@@ -15,9 +15,10 @@ from orbitscan.processing.reconstruction.model import build_model
 from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories
 from orbitscan.processing.reconstruction.turntable import fit_turntable
 from orbitscan.processing.registration.competition import verify_sliding
-from orbitscan.processing.registration.methods import Matched, Matches, choose_correspondences
+from orbitscan.processing.registration.matching import Matched, choose_correspondences
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
+from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.results.records import PairEstimate, SessionResult, ViewRecord, ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status, best_method
 from orbitscan.processing.settings import Settings

@@ -6,12 +6,11 @@ import numpy as np
 
 from orbitscan.processing.features.keypoints import detect_keypoints
 from orbitscan.processing.features.shot import describe
-from orbitscan.processing.registration import methods
+from orbitscan.processing.registration import competition, icp
 from orbitscan.processing.registration.matching import match
-from orbitscan.processing.registration.methods import Matches
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView
-from orbitscan.processing.registration.ransac import Consensus, estimate_pose
+from orbitscan.processing.registration.ransac import Consensus, Matches, estimate_pose
 from orbitscan.processing.results.records import PairEstimate
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import UNKNOWN_SCALE, Scale, prepare
@@ -66,9 +65,9 @@ class Steps:
     def register_icp(self, pair: PairRegistration, matches: Matches | None = None) -> PairEstimate:
         """Step 5: point-to-point ICP from the consensus of the matches; without them, from the identity."""
         with self.watch("icp", "icp" if matches is None else "ransac_icp"):
-            return methods.register_icp(pair, matches)
+            return icp.register_icp(pair, matches)
 
     def register_competing(self, pair: PairRegistration, matches: Matches, previous: np.ndarray | None) -> PairEstimate:
         """Ours, in the place of step 5: many starts compete, the previous step of the camera among them."""
         with self.watch.shared("refine"):
-            return methods.register_competing(pair, matches, previous)
+            return competition.register_competing(pair, matches, previous)

@@ -7,9 +7,12 @@ import numpy as np
 
 from orbitscan.processing.registration import verification
 from orbitscan.processing.registration.ambiguity import as_good, decide, find_freedoms, turn_around
+from orbitscan.processing.registration.hypotheses import propose
+from orbitscan.processing.registration.matching import match
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
+from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.registration.surface_icp import Refined
-from orbitscan.processing.registration.unobservable import Motion, hold, take_out, turn_by_step
+from orbitscan.processing.registration.unobservable import hold, take_out, turn_by_step
 from orbitscan.processing.registration.verification import Verification
 from orbitscan.processing.results.records import Candidate, Evidence, Freedom, PairEstimate
 from orbitscan.processing.results.status import Status
@@ -32,6 +35,39 @@ class Trial:
     def T(self) -> np.ndarray:
         """T_target_source."""
         return self.refined.T_target_source
+
+
+def register_competing(pair: PairRegistration, matches: Matches, previous: np.ndarray | None) -> PairEstimate:
+    """Register a pair our way: starts compete, geometry verifies where they end, the winner is aligned on all surfels.
+
+    The starts are the identity, the previous step of the camera and what the matches propose. Where none of them leads
+    to a pose that is believed, more matches and more of their proposals get a second look.
+    """
+    settings, source, target = pair.settings, pair.source, pair.target
+    starts: dict[str, np.ndarray] = {}
+    if "identity" in settings.starts:
+        starts["identity"] = np.eye(4)
+    if "previous" in settings.starts and previous is not None:
+        starts["previous"] = previous
+    if "consensus" not in settings.starts:
+        return _compete(pair, starts, matches)
+    if matches.consensus is not None:
+        starts["ransac"] = matches.consensus.T_target_source
+    first = starts | _name(propose(source, target, matches.indices, settings.proposals))
+    best = _compete(pair, first, matches)
+    if best.status.is_believed:
+        return best
+    more = match(source.descriptors, target.descriptors, settings.thorough_matching)
+    again = _compete(pair, _name(propose(source, target, more, settings.thorough)), matches)
+    return max(best, again, key=lambda estimate: (estimate.status.is_believed, estimate.confidence))
+
+
+def _compete(pair: PairRegistration, starts: Mapping[str, np.ndarray], matches: Matches) -> PairEstimate:
+    return register_from(pair, starts, pair.feature_evidence(matches)) if starts else pair.give_up(matches)
+
+
+def _name(proposed: np.ndarray) -> dict[str, np.ndarray]:
+    return {f"consensus {i}": T for i, T in enumerate(proposed)}
 
 
 def register_from(
@@ -67,7 +103,7 @@ def register_from(
         best.T,
         decide(status, freedoms, equal),
         verification.confidence(best.found, max((trial.found.score for trial in rivals), default=0.0)),
-        evidence_of(pair, best.refined, best.found, motions, features),
+        pair.gather_evidence(best.refined, best.found, motions, features),
         tuple(
             Candidate(trial.start, verification.status_of(trial.found, belief), trial.found.score) for trial in trials
         ),
@@ -187,21 +223,3 @@ def verify_sliding(pair: PairEstimate, usual_misfit: float | None, settings: Pai
         return pair
     worse = misfit > settings.judgement.sliding_misfit * usual_misfit
     return replace(pair, status=Status.DIVERGED) if worse else pair
-
-
-def evidence_of(
-    pair: PairRegistration, refined: Refined, found: Verification, motions: Sequence[Motion], features: Evidence | None
-) -> Evidence:
-    """Gather what speaks for a pose; `motions` come the least determined first, `features` is what the matches say."""
-    met = found.overlap > 0
-    return replace(
-        features or Evidence(),
-        points=len(pair.source.surface.working),
-        converged=refined.converged,
-        rmse_m=found.rmse if met else None,
-        overlap=found.overlap,
-        misfit=found.misfit if met else None,
-        violations=found.violations if met else None,
-        unseen=found.unseen if met else None,
-        observability=motions[0].information if motions else None,
-    )

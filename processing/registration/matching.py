@@ -1,11 +1,19 @@
 """Correspondences: descriptor pairs closer than a threshold (thesis 4.2)."""
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
+
+from orbitscan.processing.registration.prepared_view import PreparedView
+from orbitscan.processing.registration.ransac import Matches
+from orbitscan.processing.results.records import Correspondences, PairEstimate
+from orbitscan.processing.results.status import Method
+
+Matched = dict[PreparedView, Matches]  # the matches of one source view, by target
 
 
 @dataclass(frozen=True)
@@ -49,3 +57,20 @@ def _libraries() -> ThreadpoolController:
 def _single_threaded_blas() -> AbstractContextManager[object]:
     """A context in which matrix products use one thread."""
     return _libraries().limit(limits=1, user_api="blas")
+
+
+def choose_correspondences(
+    source: PreparedView, pairs: Mapping[Method, PairEstimate], matched: Matched
+) -> Correspondences | None:
+    """Return the matches behind the last of a view's pairs (by method, worst to best) that has any; None without any.
+
+    Each keypoint is in its own view's frame.
+    """
+    targets = {target.view: target for target in matched}
+    chosen = [targets[pair.target] for pair in pairs.values() if pair.target in targets]
+    if not chosen:
+        return None
+    target, matches = chosen[-1], matched[chosen[-1]]
+    rows, columns = matches.indices.T
+    inlier = np.zeros(len(rows), bool) if matches.consensus is None else matches.consensus.inlier
+    return Correspondences(source.view, target.view, source.keypoints[rows], target.keypoints[columns], inlier)

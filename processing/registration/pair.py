@@ -1,6 +1,7 @@
 """A pair of views to be registered: what both of them and the settings determine, for every step that asks."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -9,9 +10,12 @@ from orbitscan.processing.registration import surface_icp, unobservable, verific
 from orbitscan.processing.registration.hypotheses import StartSettings
 from orbitscan.processing.registration.matching import MatchSettings
 from orbitscan.processing.registration.prepared_view import PreparedView
+from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.registration.surface_icp import Refined, RefinementSettings
 from orbitscan.processing.registration.unobservable import Motion, SymmetrySettings
 from orbitscan.processing.registration.verification import Verification, VerificationSettings
+from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.results.status import Status
 
 
 @dataclass(frozen=True)
@@ -84,3 +88,40 @@ class PairRegistration:
     def nearly_slides(self, found: list[Motion]) -> bool:
         """Whether the least determined of the motions is hardly determined."""
         return bool(found) and found[0].information < self.settings.symmetry.suspicious
+
+    def feature_evidence(self, matches: Matches) -> Evidence:
+        """Gather what the keypoints and their matches say."""
+        found = len(matches.indices)
+        inliers = 0 if matches.consensus is None else int(matches.consensus.inlier.sum())
+        return Evidence(
+            points=len(self.source.surface.working),
+            keypoints=len(self.source.keypoints),
+            valid_frames=int(np.isfinite(self.source.descriptors[:, 0]).sum()),
+            matches=found,
+            inliers=inliers,
+            inlier_ratio=inliers / found if found else 0.0,
+        )
+
+    def gather_evidence(
+        self, refined: Refined, found: Verification, motions: Sequence[Motion], features: Evidence | None
+    ) -> Evidence:
+        """Gather what speaks for a pose; `motions` come least determined first, `features` is what the matches say."""
+        met = found.overlap > 0
+        return replace(
+            features or Evidence(),
+            points=len(self.source.surface.working),
+            converged=refined.converged,
+            rmse_m=found.rmse if met else None,
+            overlap=found.overlap,
+            misfit=found.misfit if met else None,
+            violations=found.violations if met else None,
+            unseen=found.unseen if met else None,
+            observability=motions[0].information if motions else None,
+        )
+
+    def give_up(self, matches: Matches) -> PairEstimate:
+        """Return an estimate without a pose, whose status says why there is no consensus."""
+        status = Status.TOO_FEW_MATCHES if len(matches.indices) < 3 else Status.NO_CONSENSUS
+        if min(len(self.source.keypoints), len(self.target.keypoints)) < 3:
+            status = Status.TOO_FEW_KEYPOINTS
+        return PairEstimate(self.source.view, self.target.view, None, status, 0.0, self.feature_evidence(matches))

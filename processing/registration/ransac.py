@@ -28,6 +28,14 @@ class Consensus:
     trials: int
 
 
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """Corresponding keypoints of a pair, and the pose most of them agree on."""
+
+    indices: np.ndarray  # (M, 2) of keypoints, source and target
+    consensus: Consensus | None
+
+
 def estimate_pose(
     source: np.ndarray, target: np.ndarray, tolerance: float, settings: RansacSettings, rng: np.random.Generator
 ) -> Consensus | None:

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from orbitscan.processing.pipeline import prepare_view
-from orbitscan.processing.registration.methods import Matches
 from orbitscan.processing.registration.pair import PairRegistration
+from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.results.records import Evidence, PairEstimate
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.steps import Steps

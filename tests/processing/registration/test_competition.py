@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.registration.competition import register_from
-from orbitscan.processing.registration.methods import Matches, choose_correspondences, register_competing, register_icp
+from orbitscan.processing.registration.competition import register_competing, register_from
+from orbitscan.processing.registration.icp import register_icp
+from orbitscan.processing.registration.matching import choose_correspondences
 from orbitscan.processing.registration.pair import PairRegistration
+from orbitscan.processing.registration.ransac import Matches
 from orbitscan.recorder import poses
 from tests.geometry import blob, bottle, plane, random_pose, scan
 from tests.processing.scene import SETTINGS, Scene, degrees, edge
