@@ -56,8 +56,7 @@ def take_picture(recording: Path, picture: Path, size: str = SIZE, view: int | N
         raise UnwritableOutput(picture, "a picture is a PNG", "let its name end with .png")
     if not picture.parent.is_dir():
         raise UnwritableOutput(picture, "its folder does not exist", "make the folder, or name another")
-    if view is not None:
-        _check_view(recording, view)
+    _check(recording, view)
     with whole_file(picture, keep_suffix=True, failures=OSError) as part, open_viewer(recording, size) as viewer:
         if view is not None:
             viewer.set_time(VIEW_TIMELINE, sequence=view, play_state="paused")
@@ -139,8 +138,8 @@ def show_tab(viewer: ViewerClient, tab: int) -> None:
     time.sleep(SECONDS_TO_SETTLE)
 
 
-def _check_view(recording: Path, view: int) -> None:
-    """Raises InvalidOption where nothing is recorded at a view."""
+def _check(recording: Path, view: int | None) -> None:
+    """Raises UnreadableRecording for a cut .rrd, of which a viewer may show half, InvalidOption for no such view."""
     from rerun.chunk import RrdReader
 
     views: set[int] = set()
@@ -152,7 +151,7 @@ def _check_view(recording: Path, view: int) -> None:
                     views.update(chunk.to_record_batch().column(VIEW_TIMELINE).to_pylist())
     except RuntimeError:
         raise UnreadableRecording(recording, "no whole Rerun recording", _MAKE_AGAIN) from None
-    if view not in views:
+    if view is not None and view not in views:
         remedy = f"there are {min(views)} to {max(views)}" if views else "leave it out: the recording has no views"
         raise InvalidOption(setting("at", view), "no such view in the recording", remedy)
 
