@@ -1,7 +1,6 @@
 """THE PAGE: the method of the thesis (chapters 3 and 4) and what we add to it, a named call for each step, in order.
 
 Views come without poses, and ground truth never enters here: `pose_errors.with_errors` adds errors to what this yields.
-`steps.Steps` gives each step its settings and times it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,7 +18,8 @@ from orbitscan.processing.registration.matching import Matched, choose_correspon
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.registration.ransac import Matches
-from orbitscan.processing.results.records import PairEstimate, SessionResult, ViewRecord, ViewResult
+from orbitscan.processing.results.estimates import PairEstimate
+from orbitscan.processing.results.records import SessionResult, ViewRecord, ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status, best_method
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.steps import Steps

@@ -6,16 +6,15 @@ from dataclasses import replace
 import numpy as np
 
 from orbitscan.processing.registration.unobservable import take_out
-from orbitscan.processing.results.records import (
+from orbitscan.processing.results.estimates import (
     MethodResult,
     PairErrors,
     PairEstimate,
-    SessionResult,
     ViewErrors,
     ViewEstimate,
-    ViewResult,
     summarize,
 )
+from orbitscan.processing.results.records import SessionResult, ViewResult
 from orbitscan.recorder import poses
 
 Truth = Mapping[int, np.ndarray]  # T_object_camera by recorded index

@@ -11,7 +11,7 @@ from orbitscan.processing.registration.matching import match
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import Consensus, Matches, estimate_pose
-from orbitscan.processing.results.records import PairEstimate
+from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import UNKNOWN_SCALE, Scale, prepare
 from orbitscan.processing.timing import Stopwatch

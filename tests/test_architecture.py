@@ -11,6 +11,8 @@ ROOT = Path(__file__).parents[1]
 ORDER = [  # of processing; a module imports only what stands above it
     "results.colors",
     "results.status",
+    "results.estimates",
+    "results.classification",
     "results.records",
     "kernels",
     "surface",

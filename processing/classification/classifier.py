@@ -17,7 +17,7 @@ from orbitscan.processing.classification.calibration import joint_logits, log_pr
 from orbitscan.processing.classification.checkpoint import Checkpoint
 from orbitscan.processing.classification.labelled_views import FEWEST_POINTS
 from orbitscan.processing.classification.voxels import pack, trim, voxel_grids
-from orbitscan.processing.results.records import SessionClassification, ViewClassification
+from orbitscan.processing.results.classification import SessionClassification, ViewClassification
 from orbitscan.recorder.cloud import finite
 from orbitscan.recorder.session import Session, View
 

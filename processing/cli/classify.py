@@ -12,7 +12,7 @@ from orbitscan.recorder.cli.convert import Unit, parse_columns
 from orbitscan.recorder.exceptions import InvalidOption, UnreadableCloud, setting
 
 if TYPE_CHECKING:
-    from orbitscan.processing.results.records import SessionClassification, ViewClassification
+    from orbitscan.processing.results.classification import SessionClassification, ViewClassification
     from orbitscan.recorder.session import Session
 
 

@@ -18,7 +18,7 @@ from orbitscan.processing.registration.competition import register_from, verify_
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.registration.unobservable import same_freedom
-from orbitscan.processing.results.records import Freedom, MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.estimates import Freedom, MethodResult, PairEstimate, ViewEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.registration.unobservable import release
-from orbitscan.processing.results.records import Freedom, PairEstimate
+from orbitscan.processing.results.estimates import Freedom, PairEstimate
 from orbitscan.recorder import poses
 
 _QUARTER = 0.25  # the weight of an edge that disagrees as `GraphSettings.outlier` says

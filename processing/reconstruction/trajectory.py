@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from orbitscan.processing.registration.prepared_view import PreparedView
-from orbitscan.processing.results.records import MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.estimates import MethodResult, PairEstimate, ViewEstimate
 from orbitscan.processing.results.status import Method, Status
 
 _STREAMED = (

@@ -12,7 +12,7 @@ from orbitscan.processing.registration.hypotheses import screen
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.unobservable import Motion
 from orbitscan.processing.registration.verification import Verification, VerificationSettings
-from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.results.estimates import Freedom
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 

@@ -14,7 +14,7 @@ from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.registration.surface_icp import Refined
 from orbitscan.processing.registration.unobservable import hold, take_out, turn_by_step
 from orbitscan.processing.registration.verification import Verification
-from orbitscan.processing.results.records import Candidate, Evidence, Freedom, PairEstimate
+from orbitscan.processing.results.estimates import Candidate, Evidence, Freedom, PairEstimate
 from orbitscan.processing.results.status import Status
 
 _SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place

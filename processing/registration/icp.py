@@ -8,7 +8,7 @@ from orbitscan.processing.registration import verification
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.ransac import Matches, fit
 from orbitscan.processing.registration.surface_icp import Refined
-from orbitscan.processing.results.records import PairEstimate
+from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 

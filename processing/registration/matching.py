@@ -10,7 +10,7 @@ from threadpoolctl import ThreadpoolController
 
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import Matches
-from orbitscan.processing.results.records import Correspondences, PairEstimate
+from orbitscan.processing.results.estimates import Correspondences, PairEstimate
 from orbitscan.processing.results.status import Method
 
 Matched = dict[PreparedView, Matches]  # the matches of one source view, by target

@@ -14,7 +14,7 @@ from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.registration.surface_icp import Refined, RefinementSettings
 from orbitscan.processing.registration.unobservable import Motion, SymmetrySettings
 from orbitscan.processing.registration.verification import Verification, VerificationSettings
-from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.results.estimates import Evidence, PairEstimate
 from orbitscan.processing.results.status import Status
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.registration.correspondences import Target, find_correspondences
-from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.results.estimates import Freedom
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 

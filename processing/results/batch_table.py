@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from orbitscan.processing.results.estimates import summarize
 from orbitscan.processing.results.folder import Results, ResultsFolder, read_results
-from orbitscan.processing.results.records import summarize
 from orbitscan.processing.results.status import METHODS, Method, best_method
 from orbitscan.recorder.atomic import whole_file
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from orbitscan.processing.results.classification import UNKNOWN
 from orbitscan.processing.results.folder import Results
-from orbitscan.processing.results.records import UNKNOWN
 from orbitscan.recorder.atomic import whole_file
 
 FEWEST = 2  # recordings that make a batch

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.results.records import MethodResult, PairEstimate
+from orbitscan.processing.results.estimates import MethodResult, PairEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 

@@ -12,15 +12,9 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from orbitscan.processing.results.records import (
-    ERROR_NAMES,
-    Coverage,
-    MethodResult,
-    Model,
-    SessionClassification,
-    SessionResult,
-    Turntable,
-)
+from orbitscan.processing.results.classification import SessionClassification
+from orbitscan.processing.results.estimates import ERROR_NAMES, MethodResult
+from orbitscan.processing.results.records import Coverage, Model, SessionResult, Turntable
 from orbitscan.processing.results.status import Method, best_method
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import UnreadableRecording

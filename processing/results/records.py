@@ -1,163 +1,16 @@
-"""What processing says: a ViewResult per view as soon as it is known, then one SessionResult. All frozen.
-
-Those that results.json holds are read back from it as they were written, by pydantic, without what it leaves out.
-"""
+"""What processing says: a ViewResult per view as soon as it is known, then one SessionResult. All frozen."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from dataclasses import dataclass, field
+from typing import Any, Self
 
 import numpy as np
-from pydantic import (
-    Field,
-    PlainSerializer,
-    PlainValidator,
-    SerializerFunctionWrapHandler,
-    model_serializer,
-    model_validator,
-)
 
-from orbitscan.processing.results.status import Method, Status
+from orbitscan.processing.results.classification import SessionClassification, ViewClassification
+from orbitscan.processing.results.estimates import Array, Correspondences, MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.status import Method
 from orbitscan.recorder.mesh import Mesh
 from orbitscan.recorder.session import SessionInfo
-
-Array = Annotated[np.ndarray, PlainValidator(np.asarray), PlainSerializer(np.ndarray.tolist)]
-
-UNKNOWN = "unknown"  # what a model does not know, in place of a category
-
-
-class _ErrorsInline:
-    """A record whose errors stand in results.json among its own fields."""
-
-    @model_serializer(mode="wrap")
-    def _take_out(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content = handler(self)
-        return content | content.pop("errors")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _put_in(cls, content: Any) -> Any:
-        if not isinstance(content, Mapping):
-            return content
-        names = [name for name in content if "_error_" in name]
-        rest = {name: value for name, value in content.items() if name not in names}
-        return rest | {"errors": {name: content[name] for name in names}}
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What speaks for an estimate, from many points to few inliers; None where the method does not look at it."""
-
-    points: int = 0  # of the source view's working cloud
-    keypoints: int | None = None
-    valid_frames: int | None = None  # keypoints whose local reference frame, and so descriptor, exists
-    matches: int | None = None
-    inliers: int | None = None
-    inlier_ratio: float | None = None
-    converged: bool | None = None  # whether the refinement came to rest within its iterations
-    rmse_m: float | None = None  # of the overlapping points, along the surface's normal
-    overlap: float | None = None  # share of the smaller view that lies on the other
-    misfit: float | None = None  # the rmse in standard deviations of both surfaces
-    violations: float | None = None  # share of points in front of a surface that the other sensor saw: free space
-    unseen: float | None = None  # share of points that face the other sensor, which saw nothing there
-    observability: float | None = None  # how firmly the overlap holds its weakest motion; near 0 it slides
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A start that competed for a pair, and how the views agree where a first, coarse alignment took it.
-
-    Its name says where it came from: `identity` (no motion), `previous` (the step from the view before), `ransac` (the
-    thesis's consensus set), `consensus 3` (the fourth best pose that single correspondences propose), `graph` (the
-    poses of the joint refinement so far); or another one's name and `turned by 15`: from there, so many degrees about
-    an axis that the views hardly determine.
-    """
-
-    start: str
-    status: Status  # as it would be the pair's
-    score: float  # see `Verification`; at most 1
-
-
-@dataclass(frozen=True, eq=False)
-class Freedom:
-    """A motion that views cannot determine: a turn about an axis through a point, or a shift along it."""
-
-    kind: Literal["turn", "shift"]
-    axis: Array  # (3,) unit
-    point: Array  # (3,) metres
-
-
-Unobservable = Annotated[tuple[Freedom, ...], Field(alias="unobservable")]
-
-
-@dataclass(frozen=True, eq=False)
-class PairErrors:
-    """An estimated pair against the truth; None where that is unknown.
-
-    Observable errors are those left when the motions that the pair declares free, or the nearest of its alternatives,
-    are granted.
-    """
-
-    rotation_error_deg: float | None = None
-    center_error_m: float | None = None
-    rotation_error_deg_observable: float | None = None
-    center_error_m_observable: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class PairEstimate(_ErrorsInline):
-    """The registration of a source view to a target view."""
-
-    source: int  # recorded indices
-    target: int
-    T_target_source: Array | None  # (4, 4), metres
-    status: Status
-    confidence: float
-    evidence: Evidence
-    candidates: tuple[Candidate, ...] = ()  # best first
-    start: str | None = None  # the candidate that led to the pose; `step` where the user's knowledge settled it
-    # (6, 6) of a turn [rad] about the centre, then a shift [m]; the inverse of the pose's covariance
-    information: Annotated[Array | None, Field(exclude=True)] = None
-    center: Annotated[Array | None, Field(exclude=True)] = None  # (3,) in the target's frame
-    freedoms: Unobservable = ()  # in the target's frame
-    alternatives: tuple[Array, ...] = ()  # other T_target_source that explain the views as well
-    errors: PairErrors = field(default_factory=PairErrors)
-
-
-@dataclass(frozen=True, eq=False)
-class ViewErrors:
-    """An estimated pose against the truth; None where that is unknown."""
-
-    translation_error_m: float | None = None  # thesis (5.1)
-    rotation_error_chordal: float | None = None  # thesis (5.2), 0 to 2 sqrt(2)
-    rotation_error_deg: float | None = None
-    center_error_m: float | None = None  # how far the object's centre is off; does not grow with the camera's distance
-
-
-ERROR_NAMES = tuple(f.name for f in fields(ViewErrors))
-
-
-@dataclass(frozen=True, eq=False)
-class ViewEstimate(_ErrorsInline):
-    """Where a method places a view, in the frame of the first used view with enough points."""
-
-    view: int
-    status: Status
-    T_0_i: Array | None  # (4, 4), metres
-    errors: ViewErrors = field(default_factory=ViewErrors)
-    pair: tuple[int, int] | None = None  # source and target of the pair that speaks for it; None where none does
-
-
-@dataclass(frozen=True, eq=False)
-class Correspondences:
-    """Matched keypoints of a pair, each in its own view's frame, and which of them the consensus keeps."""
-
-    source: int
-    target: int
-    source_points: np.ndarray  # (M, 3)
-    target_points: np.ndarray  # (M, 3)
-    inlier: np.ndarray  # (M,) bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,44 +19,6 @@ class Centroid:
 
     points: int
     mean: np.ndarray  # (3,) metres
-
-
-@dataclass(frozen=True)
-class ViewClassification:
-    """What one view shows; probabilities are among the model's categories, as if it were one of them."""
-
-    view: int  # recorded index
-    category: str | None  # None exactly when `known` is false
-    likeliest: str  # the most probable category all the same
-    known: bool  # whether the model knows such a thing at all
-    score: float  # of being known: the free energy of the logits of shape and size
-    probabilities: Mapping[str, float]
-    orientation: tuple[int, float] | None = None  # the run of the circle that is seen, and its probability
-
-    @property
-    def answer(self) -> str:
-        """The category, or UNKNOWN."""
-        return self.category or UNKNOWN
-
-
-@dataclass(frozen=True)
-class SessionClassification:
-    """What the views of a session show together, and each alone."""
-
-    model: str  # SHA-256 of its file
-    categories: tuple[str, ...]
-    category: str | None  # None exactly when `known` is false
-    likeliest: str
-    known: bool
-    probability: float  # of the likeliest, fused over all views
-    fused: tuple[Mapping[str, float], ...]  # probabilities after each view
-    entropy: tuple[float, ...]  # of them, in nats
-    views: tuple[ViewClassification, ...]
-
-    @property
-    def answer(self) -> str:
-        """The category, or UNKNOWN."""
-        return self.category or UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,49 +59,6 @@ class ViewRecord:
         centroid = Centroid(len(points), points.mean(axis=0, dtype=np.float64)) if len(points) else None
         damage, classification = result.damage, result.classification
         return cls(result.view, result.name, result.stamp_ns, centroid, damage, result.seconds, classification)
-
-
-@dataclass(frozen=True, eq=False)
-class MethodResult:
-    """All views and pairs of a session by one method."""
-
-    views: tuple[ViewEstimate, ...]
-    pairs: tuple[PairEstimate, ...]
-    loop_closed: bool = False
-    freedoms: Unobservable = ()  # motions of views that nothing determines, in frame {0}
-    summary: Mapping[str, int | float | None] = field(default_factory=dict)  # see `summarize`
-
-    @classmethod
-    def of(cls, views: Sequence[ViewEstimate], pairs: Sequence[PairEstimate], origin: int | None, **rest: Any) -> Self:
-        """The result of views and pairs, each view with the pair that speaks for it, and its summary."""
-        speaking = {view: (pair.source, pair.target) for view, pair in speaking_pairs(pairs).items()}
-        named = tuple(replace(view, pair=speaking.get(view.view, view.pair)) for view in views)
-        return cls(named, tuple(pairs), summary=summarize(views, origin), **rest)
-
-    @property
-    def failed_views(self) -> int:
-        """How many views were not placed with confidence."""
-        return sum(view.status != Status.OK for view in self.views)
-
-    @property
-    def placed(self) -> dict[int, np.ndarray]:
-        """View -> T_0_i (4, 4) of those that are ok, in the order of use."""
-        return {v.view: v.T_0_i for v in self.views if v.status == Status.OK and v.T_0_i is not None}
-
-    @cached_property
-    def speaking(self) -> dict[int, PairEstimate]:
-        """View -> the pair that speaks for it."""
-        pairs = {(pair.source, pair.target): pair for pair in self.pairs}
-        return {view.view: pairs[view.pair] for view in self.views if view.pair is not None}
-
-
-def speaking_pairs(pairs: Sequence[PairEstimate]) -> dict[int, PairEstimate]:
-    """Source view -> the pair that speaks for it: one that the others do not contradict, then the most confident."""
-    ranked = sorted(pairs, key=lambda p: (p.status == Status.INCONSISTENT, bool(p.freedoms), -p.confidence))
-    chosen: dict[int, PairEstimate] = {}
-    for pair in ranked:
-        chosen.setdefault(pair.source, pair)
-    return chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -383,15 +155,3 @@ class SessionResult:
             unreadable={record.view: record.damage for record in records if record.damage},
             **rest,
         )
-
-
-def summarize(views: Sequence[ViewEstimate], origin: int | None) -> dict[str, int | float | None]:
-    """Failed views, and last, largest and median of the errors, view {0} left out; null where no truth is known."""
-    summary: dict[str, int | float | None] = {"failed_views": sum(view.status != Status.OK for view in views)}
-    for name in ERROR_NAMES:
-        values = [getattr(view.errors, name) for view in views if view.view != origin]
-        known = [value for value in values if value is not None]
-        summary[f"last_{name}"] = known[-1] if known else None
-        summary[f"max_{name}"] = max(known) if known else None
-        summary[f"median_{name}"] = float(np.median(known)) if known else None
-    return summary

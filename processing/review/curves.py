@@ -8,7 +8,8 @@ from typing import TypeGuard
 import numpy as np
 import rerun as rr
 
-from orbitscan.processing.results.records import PairEstimate, TurntableDeviation, ViewErrors
+from orbitscan.processing.results.estimates import PairEstimate, ViewErrors
+from orbitscan.processing.results.records import TurntableDeviation
 from orbitscan.processing.review import entities
 
 ROUNDING = 1e-9  # smaller errors are those of the arithmetic: view {0} has no logarithm

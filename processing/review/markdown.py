@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.results.estimates import Freedom
 
 ENUMERATED = 10  # views that a sentence names, at most
 

@@ -7,7 +7,7 @@ import numpy as np
 from orbitscan.processing.pipeline import prepare_view
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.ransac import Matches
-from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.results.estimates import Evidence, PairEstimate
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.steps import Steps
 from orbitscan.processing.surface.preparation import choose_scale

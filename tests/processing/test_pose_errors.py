@@ -10,14 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing import pose_errors
 from orbitscan.processing.pipeline import process
-from orbitscan.processing.results.records import (
-    Centroid,
-    Freedom,
-    MethodResult,
-    SessionResult,
-    ViewEstimate,
-    ViewResult,
-)
+from orbitscan.processing.results.estimates import Freedom, MethodResult, ViewEstimate
+from orbitscan.processing.results.records import Centroid, SessionResult, ViewResult
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from tests.geometry import bottle, random_pose, scan, sphere

@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 from orbitscan.processing.pipeline import process
 from orbitscan.processing.pose_errors import with_errors
 from orbitscan.processing.reproduction.registration.run import IDENTITY, IDENTITY_SETTINGS
-from orbitscan.processing.results.records import PairEstimate, SessionResult
+from orbitscan.processing.results.estimates import PairEstimate
+from orbitscan.processing.results.records import SessionResult
 from orbitscan.processing.settings import Settings
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import Session, SessionInfo, View, in_memory

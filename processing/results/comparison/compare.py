@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from orbitscan.processing.results.classification import UNKNOWN, SessionClassification, ViewClassification
 from orbitscan.processing.results.comparison.records import (
     VERDICTS,
     Category,
@@ -26,8 +27,8 @@ from orbitscan.processing.results.comparison.records import (
     ViewComparison,
 )
 from orbitscan.processing.results.comparison.uncertainty import scale_of_errors, view_deviations
+from orbitscan.processing.results.estimates import ViewEstimate
 from orbitscan.processing.results.folder import ROUNDING, Extent, Results, ResultsFolder, read_results, to_json
-from orbitscan.processing.results.records import UNKNOWN, SessionClassification, ViewClassification, ViewEstimate
 from orbitscan.processing.results.status import METHODS, WRONG_DEG, WRONG_SHARE, Method, Status
 from orbitscan.recorder import poses
 from orbitscan.recorder.exceptions import InvalidOption

@@ -20,8 +20,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.results.folder import ROUNDING, Results
-from orbitscan.processing.results.records import PairEstimate
 from orbitscan.processing.results.status import Method, Status
 
 _CALIBRATED = (Method.PAIRWISE, Method.REFINED)  # what sigma describes: they weigh every point by its noise

@@ -8,8 +8,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from orbitscan.processing.results.comparison.records import Comparison, SessionComparison
+from orbitscan.processing.results.estimates import ViewEstimate
 from orbitscan.processing.results.folder import Extent, ResultsFolder, read_results
-from orbitscan.processing.results.records import ViewEstimate
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.comparison import words
 from orbitscan.processing.review.curves import ROUNDING, log_curve

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from orbitscan.processing.results.estimates import MethodResult, ViewEstimate
 from orbitscan.processing.results.folder import Results, read_results
-from orbitscan.processing.results.records import MethodResult, ViewEstimate
 from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review.curves import ROUNDING
 from orbitscan.processing.review.figures import style

@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import rerun as rr
 
-from orbitscan.processing.results.records import SessionClassification, SessionResult, ViewClassification
+from orbitscan.processing.results.classification import SessionClassification, ViewClassification
+from orbitscan.processing.results.records import SessionResult
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.curves import Style, Value
 from orbitscan.processing.review.markdown import enumerate_some, enumerate_views, name_view, plural

@@ -6,7 +6,8 @@ import numpy as np
 import rerun as rr
 
 from orbitscan.processing.results.edges import Disagreement, left_out
-from orbitscan.processing.results.records import Candidate, PairEstimate, SessionResult, ViewEstimate, ViewResult
+from orbitscan.processing.results.estimates import Candidate, PairEstimate, ViewEstimate
+from orbitscan.processing.results.records import SessionResult, ViewResult
 from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review.markdown import describe_freedom, in_mm, name_view, number
 from orbitscan.recorder import poses

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import rerun as rr
 
-from orbitscan.processing.results.records import Coverage, Freedom, Gap, Model, PairEstimate, Turntable
+from orbitscan.processing.results.estimates import Freedom, PairEstimate
+from orbitscan.processing.results.records import Coverage, Gap, Model, Turntable
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.markdown import name_gap
 from orbitscan.processing.review.session.scene import Scene

@@ -9,8 +9,10 @@ from typing import Self
 import numpy as np
 import rerun as rr
 
+from orbitscan.processing.results.classification import ViewClassification
 from orbitscan.processing.results.edges import count_edges
-from orbitscan.processing.results.records import MethodResult, SessionResult, ViewClassification, ViewResult
+from orbitscan.processing.results.estimates import MethodResult
+from orbitscan.processing.results.records import SessionResult, ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.curves import Curves, error_values, evidence_values, timing_values, turntable_values

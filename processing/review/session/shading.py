@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.results.records import MethodResult
+from orbitscan.processing.results.estimates import MethodResult
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.markdown import number
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from orbitscan.processing.results.edges import left_out
-from orbitscan.processing.results.records import Coverage, MethodResult, SessionResult, Turntable, ViewEstimate
+from orbitscan.processing.results.estimates import MethodResult, ViewEstimate
+from orbitscan.processing.results.records import Coverage, SessionResult, Turntable
 from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review.markdown import (
     describe_freedom,

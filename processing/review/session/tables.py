@@ -5,7 +5,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from orbitscan.processing.results.edges import count_edges
-from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, SessionResult
+from orbitscan.processing.results.estimates import Evidence, MethodResult, PairEstimate
+from orbitscan.processing.results.records import SessionResult
 from orbitscan.processing.results.status import Method
 from orbitscan.processing.review.markdown import count, in_mm, number, percent, write_table
 from orbitscan.processing.review.session.classification import describe_view

@@ -6,13 +6,9 @@ from typing import Self
 
 import numpy as np
 
-from orbitscan.processing.results.records import (
-    PairEstimate,
-    ViewClassification,
-    ViewEstimate,
-    ViewResult,
-    speaking_pairs,
-)
+from orbitscan.processing.results.classification import ViewClassification
+from orbitscan.processing.results.estimates import PairEstimate, ViewEstimate, speaking_pairs
+from orbitscan.processing.results.records import ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.markdown import count, in_mm, name_view, number, percent, write_table
 from orbitscan.processing.review.session import findings

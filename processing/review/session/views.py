@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import rerun as rr
 
-from orbitscan.processing.results.records import Correspondences, MethodResult, ViewEstimate, ViewResult
+from orbitscan.processing.results.estimates import Correspondences, MethodResult, ViewEstimate
+from orbitscan.processing.results.records import ViewResult
 from orbitscan.processing.results.status import Method, Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.session import marks

@@ -14,7 +14,7 @@ from orbitscan.processing.classification.classifier import ODD, Classifier
 from orbitscan.processing.classification.labelled_views import FEWEST_POINTS
 from orbitscan.processing.classification.network import Network
 from orbitscan.processing.classification.voxels import VoxelSettings, pack, trim, voxel_grids
-from orbitscan.processing.results.records import ViewClassification
+from orbitscan.processing.results.classification import ViewClassification
 from tests.processing.classification import toys
 
 STRUCTURE = "C(4,3)-P(2)-FC(3)"

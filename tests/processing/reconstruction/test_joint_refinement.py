@@ -8,7 +8,7 @@ import pytest
 from orbitscan.processing.pipeline import process
 from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings
-from orbitscan.processing.results.records import MethodResult, ViewEstimate
+from orbitscan.processing.results.estimates import MethodResult, ViewEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import in_memory

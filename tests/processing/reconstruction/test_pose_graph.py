@@ -16,7 +16,7 @@ from orbitscan.processing.reconstruction.pose_graph import (
     solve,
     viewing_direction,
 )
-from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.results.estimates import Freedom
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from tests.geometry import random_pose

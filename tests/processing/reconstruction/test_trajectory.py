@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories
-from orbitscan.processing.results.records import Evidence, PairEstimate
+from orbitscan.processing.results.estimates import Evidence, PairEstimate
 from orbitscan.processing.results.status import Status
 from tests.geometry import random_pose
 

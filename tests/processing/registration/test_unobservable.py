@@ -14,7 +14,7 @@ from orbitscan.processing.registration.unobservable import (
     take_out,
     turn_by_step,
 )
-from orbitscan.processing.results.records import Freedom
+from orbitscan.processing.results.estimates import Freedom
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
 from tests.processing.scene import degrees

@@ -12,7 +12,8 @@ from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.results.records import MethodResult, Model, SessionResult, Turntable, ViewEstimate
+from orbitscan.processing.results.estimates import MethodResult, ViewEstimate
+from orbitscan.processing.results.records import Model, SessionResult, Turntable
 from orbitscan.processing.results.registered import place, registered, stand_upright
 from orbitscan.recorder import mcap_file, poses
 from orbitscan.recorder.session import SessionInfo

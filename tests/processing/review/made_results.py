@@ -7,21 +7,23 @@ from pathlib import Path
 import numpy as np
 
 from orbitscan.processing.reconstruction.coverage import CoverageSettings, measure_coverage
-from orbitscan.processing.results.records import (
+from orbitscan.processing.results.estimates import (
     Candidate,
     Correspondences,
-    Coverage,
     Evidence,
     Freedom,
     MethodResult,
-    Model,
     PairErrors,
     PairEstimate,
+    ViewErrors,
+    ViewEstimate,
+)
+from orbitscan.processing.results.records import (
+    Coverage,
+    Model,
     SessionResult,
     Turntable,
     TurntableDeviation,
-    ViewErrors,
-    ViewEstimate,
     ViewResult,
 )
 from orbitscan.processing.results.status import METHODS, Method, Status

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.results.records import Evidence, MethodResult, SessionResult, ViewEstimate, ViewResult
+from orbitscan.processing.results.estimates import Evidence, MethodResult, ViewEstimate
+from orbitscan.processing.results.records import SessionResult, ViewResult
 from orbitscan.processing.results.status import METHODS, Status
 from tests import viewer
 from tests.processing.review.made_results import EMPTY, Results, make_info, make_results, review_results, true_poses

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from orbitscan.processing.results.comparison.uncertainty import pair_deviation, scale_of_errors, view_deviations
+from orbitscan.processing.results.estimates import Evidence, MethodResult, PairErrors, PairEstimate
 from orbitscan.processing.results.folder import ROUNDING
-from orbitscan.processing.results.records import Evidence, MethodResult, PairErrors, PairEstimate
 from orbitscan.processing.results.status import Method, Status
 from tests.processing.results.made import make_results
 

@@ -7,9 +7,9 @@ import pytest
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
+from orbitscan.processing.results.classification import SessionClassification, ViewClassification
 from orbitscan.processing.results.confusion import Confusion, count_confusion, tabulate, write_csv
 from orbitscan.processing.results.folder import Results
-from orbitscan.processing.results.records import SessionClassification, ViewClassification
 from orbitscan.processing.review.batch.confusion import count_right, describe_confusion, log_confusion, view_confusion
 from orbitscan.processing.review.stream import whole_recording
 from orbitscan.recorder.exceptions import UnwritableOutput

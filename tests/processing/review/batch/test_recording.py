@@ -7,7 +7,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from orbitscan.processing.results.batch_table import Row
-from orbitscan.processing.results.records import MethodResult, ViewErrors, ViewEstimate
+from orbitscan.processing.results.estimates import MethodResult, ViewErrors, ViewEstimate
 from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review.batch.recording import conclude, write_batch
 from tests import viewer

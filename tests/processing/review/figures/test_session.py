@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from orbitscan.processing.results.estimates import MethodResult, ViewErrors
 from orbitscan.processing.results.folder import Results, write_results
-from orbitscan.processing.results.records import MethodResult, ViewErrors
 from orbitscan.processing.results.status import METHODS, Method
 from orbitscan.processing.review.entities import METHOD_COLORS
 from orbitscan.processing.review.figures import session

@@ -9,7 +9,7 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.results.records import SessionClassification, ViewClassification
+from orbitscan.processing.results.classification import SessionClassification, ViewClassification
 from orbitscan.processing.results.status import METHODS
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.session.classification import (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.results.edges import count_edges, left_out
-from orbitscan.processing.results.records import Candidate, ViewEstimate
+from orbitscan.processing.results.estimates import Candidate, ViewEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.processing.review.session.findings import describe_starts, explain, list_joint_findings
 from orbitscan.recorder import poses

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.results.records import MethodResult
+from orbitscan.processing.results.estimates import MethodResult
 from orbitscan.processing.results.status import METHODS, Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.session.recording import SessionReview

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from orbitscan.processing.results.records import Evidence, MethodResult, PairEstimate, ViewErrors, ViewEstimate
+from orbitscan.processing.results.estimates import Evidence, MethodResult, PairEstimate, ViewErrors, ViewEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.processing.review import entities
 from orbitscan.processing.review.session.shading import shade_views

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.results.records import Candidate, PairErrors, ViewErrors, ViewEstimate
+from orbitscan.processing.results.estimates import Candidate, PairErrors, ViewErrors, ViewEstimate
 from orbitscan.processing.results.status import METHODS, Status
 from orbitscan.processing.review.session.view_story import Seen, tell
 from tests.processing.review.made_results import EMPTY, FAILED, make_pair, make_results
