@@ -73,8 +73,6 @@ def test_the_recorder_knows_nothing_of_processing(module):
 
 @pytest.mark.parametrize("module", [m for m in MODULES if m.startswith("processing.")])
 def test_processing_imports_only_upwards(module):
-    if module in ("processing.results",):
-        return
     for name in imports(module):
         if name.startswith("processing."):
             assert rank(name) <= rank(module), f"{module} imports {name}"
