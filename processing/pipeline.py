@@ -9,16 +9,16 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitscan.processing.reconstruction.coverage import measure_coverage
-from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
+from orbitscan.processing.reconstruction.joint_refinement import reconsider, refine_jointly
 from orbitscan.processing.reconstruction.model import build_model
-from orbitscan.processing.reconstruction.trajectory import Trajectory, begin_trajectories
+from orbitscan.processing.reconstruction.trajectory import Hints, begin_trajectories
 from orbitscan.processing.reconstruction.turntable import fit_turntable
-from orbitscan.processing.registration.competition import verify_sliding
+from orbitscan.processing.registration.competition import verify_usual
 from orbitscan.processing.registration.matching import Matched, choose_correspondences
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.registration.ransac import Matches
-from orbitscan.processing.results.estimates import PairEstimate
+from orbitscan.processing.results.estimates import PairEstimate, Symmetry
 from orbitscan.processing.results.records import SessionResult, ViewRecord, ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status, best_method
 from orbitscan.processing.settings import Settings
@@ -65,7 +65,7 @@ def process(
                 origin = view.index
                 poses[method] = trajectory.start(current)
             else:
-                attempt = partial(register, steps, method, trajectory, matched, current)  # steps 3 to 5
+                attempt = partial(register, steps, method, matched, current)  # steps 3 to 5
                 pairs[method], target = trajectory.attach(attempt)
                 poses[method] = trajectory.extend(current, pairs[method], target)  # (4.17)
         result = ViewResult(
@@ -86,11 +86,13 @@ def process(
         records.append(ViewRecord.of(result))
         yield result
     found = {method: trajectory.result(origin) for method, trajectory in trajectories.items()}
-    if "refined" in methods:
-        anew = partial(register, steps, "refined", Trajectory(), None)  # knows nothing of the views before
-        with watch.alone("refine", "refined"):
-            refined = refine_jointly(found[Method.PAIRWISE], origin, cache, anew, settings.pair, settings.graph)
-        found[Method.REFINED] = refined
+    if known := found.get(Method.PAIRWISE):  # where `refined` begins
+        anew, told = partial(register, steps, "refined", None), tuple[Symmetry, ...]()
+        if "refined" in methods:
+            with watch.alone("refine", "refined"):
+                refined = refine_jointly(known, origin, cache, anew, settings.pair, settings.graph)
+            found[Method.REFINED], told = refined, refined.symmetries
+        found[Method.PAIRWISE] = reconsider(known, told, origin, cache, settings.pair)
     best = best_method(methods)
     placed = found[best].placed if best else {}
     with watch("outlier_removal", SESSION):
@@ -114,8 +116,7 @@ def process(
 
 def prepare_view(steps: Steps, view: View) -> PreparedView:
     """Prepare a view's surface and, where it has points enough, its described keypoints."""
-    prepared = steps.prepare(view)
-    if not prepared.surface.enough:
+    if not (prepared := steps.find_self_turns(steps.prepare(view))).surface.enough:
         return prepared
     keypoints = steps.detect_keypoints(prepared)  # step 1: ISS (4.1)
     descriptors, frames = steps.describe(prepared, keypoints)  # step 2: SHOT (4.1)
@@ -123,7 +124,7 @@ def prepare_view(steps: Steps, view: View) -> PreparedView:
 
 
 def register(
-    steps: Steps, method: str, before: Trajectory, matched: Matched | None, source: PreparedView, target: PreparedView
+    steps: Steps, method: str, matched: Matched | None, source: PreparedView, target: PreparedView, hints: Hints
 ) -> PairEstimate:
     """Register a pair by one method; `matched` keeps the source's matches for the methods after it."""
     pair, matched = PairRegistration(source, target, steps.settings.pair), {} if matched is None else matched
@@ -131,9 +132,8 @@ def register(
         return steps.register_icp(pair)  # the baseline (5.2): ICP from the identity
     if target not in matched:
         indices = steps.match(pair)  # step 3: correspondences (4.2)
-        consensus = steps.estimate_pose(pair, indices)  # step 4: RANSAC (algorithms 1, 2), (4.8) to (4.22)
-        matched[target] = Matches(indices, consensus)
+        matched[target] = Matches(indices, steps.estimate_pose(pair, indices))  # step 4: RANSAC, (4.8) to (4.22)
     if method == "ransac_icp":
         return steps.register_icp(pair, matched[target])  # step 5: ICP from the consensus (4.3)
-    estimate = steps.register_competing(pair, matched[target], before.step)  # ours, in the place of step 5
-    return verify_sliding(estimate, before.usual_misfit, steps.settings.pair)
+    estimate = steps.register_competing(pair, matched[target], hints.step)  # ours, in the place of step 5
+    return verify_usual(estimate, hints.usual, steps.settings.pair)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from orbitscan.processing.registration.symmetry import expand
 from orbitscan.processing.registration.unobservable import take_out
 from orbitscan.processing.results.estimates import (
     MethodResult,
@@ -94,7 +95,8 @@ def _of_pair(pair: PairEstimate, truth: Truth, origin: int | None, center: np.nd
         center_in_target, known = poses.transform(poses.invert(T_0_target), center[None])[0], True
     off = [T @ poses.invert(T_true) for T in (pair.T_target_source, *pair.alternatives)]
     degrees, metres = _turn_and_shift(off[0], center_in_target)
-    granted = (take_out(D, pair.freedoms, center_in_target) for D in off)
+    turned = [turn @ off[0] for turn in expand(pair.symmetries)]
+    granted = (take_out(D, pair.freedoms, center_in_target) for D in (*turned, *off[1:]))
     least_degrees, least_metres = min(_turn_and_shift(D, center_in_target) for D in granted)
     errors = PairErrors(degrees, metres if known else None, least_degrees, least_metres if known else None)
     return replace(pair, errors=errors)

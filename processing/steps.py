@@ -1,6 +1,6 @@
 """The steps of the page on one session: each with its settings, in metres, and timed under its name."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from orbitscan.processing.registration.matching import match
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import Consensus, Matches, estimate_pose
+from orbitscan.processing.registration.self_turns import find_self_turns
 from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import UNKNOWN_SCALE, Scale, prepare
@@ -33,7 +34,8 @@ class Steps:
     def prepare(self, view: View) -> PreparedView:
         """A view's surface, without keypoints and descriptors."""
         with self.watch.shared("prepare"):
-            surface = prepare(view, self.scale, self.info.sensor_origin, self.settings.surface)
+            origin, outline = self.info.sensor_origin, self.info.outline_known
+            surface = prepare(view, self.scale, origin, self.settings.surface, outline)
         nothing = np.empty((0, 3)), np.empty((0, 0)), np.empty((0, 3, 3))
         return PreparedView(surface, *nothing, self.scale or UNKNOWN_SCALE, self.settings.pair.refinement)
 
@@ -48,6 +50,11 @@ class Steps:
         radius = view.scale.working * self.settings.shot.radius
         with self.watch.shared("descriptors"):
             return describe(view.surface.working, view.surface.normals, keypoints, radius)
+
+    def find_self_turns(self, view: PreparedView) -> PreparedView:
+        """Ours: the view with the turns under which it agrees with itself, where it has points enough."""
+        with self.watch.shared("refine"):
+            return replace(view, self_turns=find_self_turns(view, self.settings.pair)) if view.surface.enough else view
 
     def match(self, pair: PairRegistration) -> np.ndarray:
         """Step 3: index pairs (M, 2) of keypoints whose descriptors correspond."""

@@ -43,6 +43,7 @@ class SessionInfo:
     sensor: str = ""
     capture: Capture = "unknown"
     sensor_origin: tuple[float, float, float] | None = (0.0, 0.0, 0.0)  # in the view's frame; None where unknown
+    outline_known: bool = False  # whether the sensor looked where no points are: nothing is there, it is no hole
     source_axes: str = "RDF"
     source_units: str = "m"
     source_poses: str = ""  # how the true poses were read: direction, axes, units ("camera-to-object RDF m")

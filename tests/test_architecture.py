@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[1]
 ORDER = [  # of processing; a module imports only what stands above it
     "results.colors",
     "results.status",
+    "results.uncertainty",
     "results.estimates",
     "results.classification",
     "results.records",

@@ -1,11 +1,12 @@
 """The joint refinement: edges between all views that overlap, found and not assumed, and one pose for each view."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise as successive
 
 import numpy as np
 
+from orbitscan.processing.reconstruction.graph_uncertainty import measure_graph
 from orbitscan.processing.reconstruction.pose_graph import (
     GraphSettings,
     Solution,
@@ -13,18 +14,31 @@ from orbitscan.processing.reconstruction.pose_graph import (
     solve,
     viewing_direction,
 )
-from orbitscan.processing.reconstruction.trajectory import usual_misfit
-from orbitscan.processing.registration.competition import register_from, verify_sliding
+from orbitscan.processing.reconstruction.self_registration import find_self_symmetries
+from orbitscan.processing.reconstruction.trajectory import Hints
+from orbitscan.processing.registration.competition import challenge
+from orbitscan.processing.registration.known_step import distrust, is_refuted
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
+from orbitscan.processing.registration.symmetry import find_agreed, join
 from orbitscan.processing.registration.unobservable import same_freedom
-from orbitscan.processing.results.estimates import Freedom, MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.estimates import (
+    Freedom,
+    MethodResult,
+    PairEstimate,
+    Symmetry,
+    UsualMisfit,
+    ViewEstimate,
+)
 from orbitscan.processing.results.status import Status
+from orbitscan.processing.results.uncertainty import Uncertainty
 from orbitscan.recorder import poses
 
 _ROUND = np.radians(330)  # turned on the way there and straight back: a whole turn, less what a tilted camera saves
+_STILL_DEG, _STILL_SHARE = 1.0, 0.01  # a view that turns and shifts (share of the diameter) by less stands still
+STILL = "nothing moves from view to view: what was registered may be what stands still"
 
-Register = Callable[[PreparedView, PreparedView], PairEstimate]  # source and target, without a guess
+Register = Callable[[PreparedView, PreparedView, Hints], PairEstimate]  # source, target, and what is known of them
 
 
 def refine_jointly(
@@ -37,109 +51,236 @@ def refine_jointly(
 ) -> MethodResult:
     """Refine all views of a session together, starting from the pairs of successive views; T_0_origin = I.
 
-    A view that its own pair does not connect is registered to others; then every view to those it should overlap, by
-    the poses so far; then the graph is solved. A view is `ok` where rigid edges lead from it to the origin, `ambiguous`
-    where only edges with a free motion do, `not_connected` where none do.
+    A view that its own pair does not connect is registered to others; then every view to those it should overlap; then
+    the graph is solved. What all views together tell of the object's symmetries is looked for in every edge. A view is
+    `ok` where edges that leave nothing open lead from it to the origin, `ambiguous` where others do, `not_connected`
+    where none do.
     """
     if origin is None:
         return MethodResult.of(pairwise.views, (), origin)
-    diameter = cache.get_surface(origin).scale.diameter
+    graph = _Graph(origin, cache, register, pair_settings, settings, cache.get_surface(origin).scale.diameter)
+    graph.refuted_step = is_refuted(pairwise.pairs)
+    graph.edges = [pair for pair in map(graph.judge, pairwise.pairs) if _is_edge(pair)]
+    graph.solve()
     candidates = [v.view for v in pairwise.views if v.status not in (Status.UNREADABLE, Status.TOO_FEW_POINTS)]
-    edges = [pair for pair in pairwise.pairs if _is_edge(pair)]
-    solution = solve(edges, origin, diameter, settings)
-    edges += _attach(candidates, edges, solution, cache, register, pair_settings, settings)
-    solution = solve(edges, origin, diameter, settings)
-    edges += _close(solution, edges, cache, pair_settings, settings)
-    solution = solve(edges, origin, diameter, settings)
+    graph.attach(candidates)
+    graph.solve()
+    graph.close()
+    graph.solve()
+    graph.register_with_itself()
+    solution, edges = graph.solution, graph.edges
+    bounds = graph.measure()
+    views = [_estimate(view, solution, bounds, origin, graph.diameter) for view in pairwise.views]
     return MethodResult.of(
-        [_estimate(view, solution) for view in pairwise.views],
+        refuse_stillness(views, origin, cache),
         [_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)],
         origin,
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
-        freedoms=_find_freedoms(solution, edges, diameter, settings),
+        freedoms=_find_freedoms(solution, edges, graph.diameter, settings),
+        symmetries=tuple(graph.symmetries),
     )
 
 
-def _is_edge(pair: PairEstimate) -> bool:
-    """Whether a pair holds two views together: it is right, or right but for free motions."""
-    sound = pair.status == Status.OK or (pair.status == Status.AMBIGUOUS and pair.freedoms and not pair.alternatives)
-    return bool(sound) and pair.information is not None
+@dataclass
+class _Graph:
+    """The edges found so far, what they tell together, and what more of them are found with."""
+
+    origin: int
+    cache: ViewCache
+    register: Register
+    pair_settings: PairSettings
+    settings: GraphSettings
+    diameter: float  # of the object [m]
+    edges: list[PairEstimate] = field(default_factory=list)
+    symmetries: list[Symmetry] = field(default_factory=list)  # of the object, in frame {0}
+    refuted_step: bool = False  # whether the pairs decide against the user's step
+    solution: Solution = field(default_factory=lambda: Solution({}, frozenset(), ()))
+
+    def judge(self, pair: PairEstimate) -> PairEstimate:
+        """A pair, after what the others say of the user's step."""
+        return distrust(pair) if self.refuted_step else pair
+
+    def solve(self) -> None:
+        """Solve the graph of the edges found so far."""
+        self.solution = solve(self.edges, self.origin, self.diameter, self.settings)
+
+    def attach(self, candidates: Sequence[int]) -> None:
+        """Find edges that connect the views which none connects yet, each to a placed one, until no more can be.
+
+        Where the views nearly slide, as mugs with hidden handles do, only a neighbour in time vouches for such an edge.
+        """
+        placed = [view for view in candidates if view in self.solution.rigid]
+        lost = [view for view in candidates if view not in self.solution.rigid]
+        tried: set[tuple[int, int]] = set()
+        open_: dict[int, int] = {}  # how many pairs of a view leave something open
+        progress = True
+        while lost and progress:
+            progress = False
+            for view in list(lost):
+                likely = sorted(placed, key=lambda other: (abs(other - view), other))[: self.settings.tries]
+                for other in likely:
+                    if (view, other) in tried or open_.get(view, 0) >= self.settings.open_tries:
+                        continue
+                    tried.add((view, other))
+                    edge = self._register(view, other, None)
+                    open_[view] = open_.get(view, 0) + (edge.status == Status.AMBIGUOUS)
+                    near = abs(other - view) <= self.settings.vouching
+                    if edge.status == Status.OK and (near or self._holds(edge)):
+                        self.edges.append(edge)
+                        placed.append(view)
+                        lost.remove(view)
+                        progress = True
+                        break
+
+    def close(self) -> None:
+        """Find edges between views that should overlap by their poses; other starts compete with these."""
+        solution, directions = self.solution, {}
+        for view in sorted(solution.rigid):
+            T_0_i = solution.T_0[view]
+            surface = self.cache.get_surface(view).surface
+            directions[view] = viewing_direction(T_0_i, surface.surfels.points.mean(axis=0), surface.sensor_origin)
+        known = [(edge.source, edge.target) for edge in self.edges]
+        for source, target in choose_edges(directions, known, self.settings):
+            edge = self._register(source, target, poses.invert(solution.T_0[target]) @ solution.T_0[source])
+            if edge.status == Status.OK:
+                self.edges.append(edge)
+
+    def register_with_itself(self) -> None:
+        """Find the symmetries of the whole object, and look for them in every edge: some seem to leave nothing open."""
+        T_0 = self.solution.T_0
+        holding = [edge for edge, keep in zip(self.edges, self.solution.kept, strict=True) if keep]
+        if not holding:
+            return
+        usual = sorted(holding, key=lambda edge: edge.evidence.misfit or 0.0)[len(holding) // 2]
+        if usual.T_target_source is None:
+            return
+        explained = self._pair(usual).explain(usual.T_target_source)
+        views = {view: self.cache.get_surface(view) for view in T_0}
+        told = [symmetry.moved(T_0[e.target]) for e in holding if e.target in T_0 for symmetry in e.symmetries]
+        turns = [symmetry.turns()[0] for symmetry in told]
+        self.symmetries = find_self_symmetries(views, T_0, turns, explained, self.pair_settings)
+        self.symmetries = join(self.symmetries, find_agreed(told, len(holding) / 2, self.diameter), self.diameter)
+        if self.symmetries:
+            self.edges = [self.judge(self._challenge(edge)) for edge in self.edges]
+            self.solve()
+
+    def measure(self) -> dict[int, Uncertainty]:
+        """How well the poses are known that nothing leaves open."""
+        solution = self.solution
+        T_0 = {view: T for view, T in solution.T_0.items() if view in solution.rigid}
+        holding = [edge for edge, keep in zip(self.edges, solution.kept, strict=True) if keep and _holds(edge, T_0)]
+        return _measure(holding, T_0, self.cache, self.origin)
+
+    def _register(self, source: int, target: int, start: np.ndarray | None) -> PairEstimate:
+        usual = UsualMisfit.of([edge for edge in self.edges if edge.status == Status.OK])
+        return self.judge(self.register(self.cache.get(source), self.cache.get(target), Hints(start, usual)))
+
+    def _challenge(self, edge: PairEstimate) -> PairEstimate:
+        """An edge, or what symmetries of the object make of it."""
+        T = self.solution.T_0.get(edge.target)
+        suspected = [] if T is None else [symmetry.moved(poses.invert(T)) for symmetry in self.symmetries]
+        return challenge(self._pair(edge), edge, suspected)
+
+    def _pair(self, edge: PairEstimate) -> PairRegistration:
+        source, target = self.cache.get_surface(edge.source), self.cache.get_surface(edge.target)
+        return PairRegistration(source, target, self.pair_settings)
+
+    def _holds(self, edge: PairEstimate) -> bool:
+        """Whether the overlap holds the edge's weakest motion more firmly than views that nearly slide do."""
+        observability = edge.evidence.observability
+        return observability is not None and observability >= self.pair_settings.symmetry.suspicious
 
 
-def _attach(
-    candidates: Sequence[int],
-    edges: Sequence[PairEstimate],
-    solution: Solution,
-    cache: ViewCache,
-    register: Register,
-    pair_settings: PairSettings,
-    settings: GraphSettings,
-) -> list[PairEstimate]:
-    """Find edges that connect the views which none connects yet, each to a placed one, until no more can be.
+def reconsider(
+    found: MethodResult, symmetries: Sequence[Symmetry], origin: int | None, cache: ViewCache, settings: PairSettings
+) -> MethodResult:
+    """Return a method's result after what the whole session tells was looked for in each of its pairs.
 
-    Where the views nearly slide, as mugs with hidden handles do, only a neighbour in time vouches for such an edge.
+    That is the object's symmetries, in frame {0}, and whether the pairs bear the user's step out.
     """
-    slides = pair_settings.symmetry.suspicious
-    usual = usual_misfit(edges)
-    placed = [view for view in candidates if view in solution.rigid]
-    lost = [view for view in candidates if view not in solution.rigid]
-    tried: set[tuple[int, int]] = set()
-    found: list[PairEstimate] = []
-    progress = True
-    while lost and progress:
-        progress = False
-        for view in list(lost):
-            likely = sorted(placed, key=lambda other: (abs(other - view), other))[: settings.tries]
-            for other in likely:
-                if (view, other) in tried:
-                    continue
-                tried.add((view, other))
-                edge = verify_sliding(register(cache.get(view), cache.get(other)), usual, pair_settings)
-                near = abs(other - view) <= settings.vouching
-                if edge.status == Status.OK and _is_edge(edge) and (near or _holds(edge, slides)):
-                    found.append(edge)
-                    placed.append(view)
-                    lost.remove(view)
-                    progress = True
-                    break
-    return found
+    T_0 = {view.view: view.T_0_i for view in found.views}
+    pairs = []
+    for pair in found.pairs:
+        if (T := T_0.get(pair.target)) is not None and pair.status.is_believed:
+            both = PairRegistration(cache.get_surface(pair.source), cache.get_surface(pair.target), settings)
+            pair = challenge(both, pair, [symmetry.moved(poses.invert(T)) for symmetry in symmetries])
+        pairs.append(pair)
+    if is_refuted(pairs):
+        pairs = [distrust(pair) for pair in pairs]
+    own = {pair.source: pair for pair in pairs}
+    connected: set[int | None] = {origin}
+    views: list[ViewEstimate] = []
+    for view in found.views:
+        status = view.status
+        if (placed_by := own.get(view.view)) is not None and status.is_believed:
+            hangs = placed_by.status == Status.OK and placed_by.target not in connected
+            status = Status.NOT_CONNECTED if hangs else placed_by.status
+        if status == Status.OK:
+            connected.add(view.view)
+        views.append(replace(view, status=status))
+    if origin is not None:
+        holding = [pair for pair in pairs if pair.status == Status.OK and {pair.source, pair.target} <= connected]
+        poses_ok = {view.view: view.T_0_i for view in views if view.status == Status.OK and view.T_0_i is not None}
+        bounds, diameter = _measure(holding, poses_ok, cache, origin), cache.get_surface(origin).scale.diameter
+        views = [_bounded(view, bounds.get(view.view), origin, diameter) for view in views]
+        views = refuse_stillness(views, origin, cache)
+    return MethodResult.of(views, pairs, origin, symmetries=tuple(symmetries))
 
 
-def _holds(edge: PairEstimate, slides: float) -> bool:
-    """Whether the overlap holds the edge's weakest motion more firmly than views that nearly slide do."""
-    return edge.evidence.observability is not None and edge.evidence.observability >= slides
+def refuse_stillness(views: Sequence[ViewEstimate], origin: int, cache: ViewCache) -> list[ViewEstimate]:
+    """Return the views, `inconsistent` where none moves: what was registered may be what stands still."""
+    placed = {v.view: v.T_0_i for v in views if v.view != origin and v.status == Status.OK and v.T_0_i is not None}
+    for view, T_0_i in placed.items():
+        prepared = cache.get_surface(view)
+        center = prepared.surface.surfels.points.mean(axis=0)
+        shift = float(np.linalg.norm(poses.transform(T_0_i, center[None])[0] - center))
+        turn = np.degrees(poses.rotation_angle(T_0_i[:3, :3]))
+        if turn > _STILL_DEG or shift > _STILL_SHARE * prepared.scale.diameter:
+            return list(views)
+    return [replace(v, status=Status.INCONSISTENT, note=STILL) if v.view in placed else v for v in views]
 
 
-def _close(
-    solution: Solution,
-    edges: Sequence[PairEstimate],
-    cache: ViewCache,
-    pair_settings: PairSettings,
-    settings: GraphSettings,
-) -> list[PairEstimate]:
-    """Find edges between views that should overlap by their poses, each registered from there."""
-    directions, usual = {}, usual_misfit(edges)
-    for view in sorted(solution.rigid):
-        T_0_i = solution.T_0[view]
-        surface = cache.get_surface(view).surface
-        directions[view] = viewing_direction(T_0_i, surface.surfels.points.mean(axis=0), surface.sensor_origin)
-    found = []
-    for source, target in choose_edges(directions, [(e.source, e.target) for e in edges], settings):
-        start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
-        pair = PairRegistration(cache.get_surface(source), cache.get_surface(target), pair_settings)
-        edge = verify_sliding(register_from(pair, {"graph": start}), usual, pair_settings)
-        if _is_edge(edge):
-            found.append(edge)
-    return found
+def _measure(
+    pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray], cache: ViewCache, origin: int
+) -> dict[int, Uncertainty]:
+    """How well the poses are known that pairs hold, about the centre of each view's points."""
+    means = {view: cache.get_surface(view).surface.surfels.points.mean(axis=0) for view in T_0}
+    centers = {view: poses.transform(T_0[view], mean[None])[0] for view, mean in means.items()}
+    return measure_graph(pairs, T_0, centers, origin)
 
 
-def _estimate(view: ViewEstimate, solution: Solution) -> ViewEstimate:
+def _bounded(view: ViewEstimate, known: Uncertainty | None, origin: int, diameter: float) -> ViewEstimate:
+    """An ok view with its bounds; `ambiguous` where these allow it to be wrong."""
+    if view.view == origin:
+        return replace(view, rotation_bound_deg=0.0, center_bound_m=0.0)
+    if known is None or view.status != Status.OK:
+        return view
+    status = Status.OK if known.is_good(diameter) else Status.AMBIGUOUS
+    bounds = known.rotation_bound_deg, known.center_bound_m
+    return replace(view, status=status, rotation_bound_deg=bounds[0], center_bound_m=bounds[1])
+
+
+def _is_edge(pair: PairEstimate) -> bool:
+    """Whether a pair holds two views together: it is right, or right but for what the views leave open."""
+    return pair.status.is_believed and pair.information is not None
+
+
+def _holds(edge: PairEstimate, T_0: Mapping[int, np.ndarray]) -> bool:
+    """Whether an edge leaves nothing open between two of the placed views."""
+    return edge.status == Status.OK and edge.source in T_0 and edge.target in T_0
+
+
+def _estimate(
+    view: ViewEstimate, solution: Solution, bounds: Mapping[int, Uncertainty], origin: int, diameter: float
+) -> ViewEstimate:
     """Return a view as the solution places it."""
     T_0_i = solution.T_0.get(view.view)
     if T_0_i is None:
-        status = view.status if view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
-        return ViewEstimate(view.view, status, None)
-    return ViewEstimate(view.view, Status.OK if view.view in solution.rigid else Status.AMBIGUOUS, T_0_i)
+        lost = view.status if view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
+        return ViewEstimate(view.view, lost, None)
+    rigid = view.view == origin or view.view in bounds
+    placed = ViewEstimate(view.view, Status.OK if rigid else Status.AMBIGUOUS, T_0_i)
+    return _bounded(placed, bounds.get(view.view), origin, diameter)
 
 
 def _mark(edge: PairEstimate, keep: bool) -> PairEstimate:

@@ -12,8 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.registration.unobservable import release
 from orbitscan.processing.results.estimates import Freedom, PairEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 
+_NOTHING = 1e-9  # of the largest disagreement: an edge that disagrees by less tells nothing of what is usual
 _QUARTER = 0.25  # the weight of an edge that disagrees as `GraphSettings.outlier` says
 
 
@@ -27,6 +29,7 @@ class GraphSettings:
 
     # A view that nothing connects is registered to placed ones.
     tries: int = 40  # at most, the nearest in time first
+    open_tries: int = 4  # of them that may leave something open: then the view itself does
     vouching: int = 2  # recorded views apart, at most, where the two nearly slide: only a neighbour vouches for those
 
     # Three edges that close up to this vouch for each other: first poses go along the best vouched for.
@@ -57,6 +60,7 @@ class Edge:
     center: np.ndarray  # (3,)
     freedoms: tuple[Freedom, ...]
     confidence: float
+    rigid: bool  # whether nothing is left open
 
     @classmethod
     def of(cls, pair: PairEstimate) -> Self:
@@ -64,7 +68,8 @@ class Edge:
         T, information, center = pair.T_target_source, pair.information, pair.center
         if T is None or information is None or center is None:
             raise ValueError(f"views {pair.source} and {pair.target}: a pair without information is no edge")
-        return cls(pair.source, pair.target, T, information, center, pair.freedoms, pair.confidence)
+        rigid = pair.status == Status.OK
+        return cls(pair.source, pair.target, T, information, center, pair.freedoms, pair.confidence, rigid)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +77,7 @@ class Solution:
     """All poses at once."""
 
     T_0: Mapping[int, np.ndarray]  # view -> T_0_i of the views that edges connect to the origin
-    rigid: frozenset[int]  # those of them that edges without free motions connect
+    rigid: frozenset[int]  # those of them that edges connect which leave nothing open
     kept: tuple[bool, ...]  # of each edge: whether nothing contradicts it
 
 
@@ -114,10 +119,11 @@ def choose_edges(
 def place(edges: Sequence[Edge], origin: int, support: Sequence[int]) -> tuple[dict[int, np.ndarray], list[int]]:
     """Return first poses T_0_i of all views that edges connect to the origin, and the edges they go along, in order.
 
-    These are the best supported, then most confident ones; those with free motions only where there are no others.
+    These are the best supported, then most confident ones; those that leave something open only where there are no
+    others.
     """
     T_0, tree = {origin: np.eye(4)}, []
-    ranks = [(bool(e.freedoms), -s, -e.confidence, e.source, e.target) for e, s in zip(edges, support, strict=True)]
+    ranks = [(not e.rigid, -s, -e.confidence, e.source, e.target) for e, s in zip(edges, support, strict=True)]
     waiting = sorted(range(len(edges)), key=ranks.__getitem__)
     while (at := next((k for k in waiting if (edges[k].source in T_0) != (edges[k].target in T_0)), None)) is not None:
         edge = edges[at]
@@ -131,10 +137,10 @@ def place(edges: Sequence[Edge], origin: int, support: Sequence[int]) -> tuple[d
 
 
 def count_support(edges: Sequence[Edge], diameter: float, settings: GraphSettings) -> list[int]:
-    """Count, for each edge, the triangles of edges without free motions that close with it, less those that do not."""
+    """Count, for each rigid edge, the triangles of rigid edges that close with it, less those that do not."""
     known = {}
     for edge in edges:
-        if not edge.freedoms:
+        if edge.rigid:
             known[edge.target, edge.source] = edge.T_target_source
             known[edge.source, edge.target] = poses.invert(edge.T_target_source)
     neighbours: dict[int, set[int]] = {}
@@ -144,7 +150,7 @@ def count_support(edges: Sequence[Edge], diameter: float, settings: GraphSetting
     for edge in edges:
         votes = 0
         common = neighbours.get(edge.source, set()) & neighbours.get(edge.target, set())
-        for third in sorted(common) if not edge.freedoms else ():
+        for third in sorted(common) if edge.rigid else ():
             around = known[edge.target, third] @ known[third, edge.source]
             D = around @ poses.invert(edge.T_target_source)
             turned = np.degrees(poses.rotation_angle(D[:3, :3]))
@@ -160,11 +166,12 @@ def solve(pairs: Sequence[PairEstimate], origin: int, diameter: float, settings:
 
     The diameter [m] is the object's. Gauss-Newton over SE(3) with the edges' information (Lu and Milios, Globally
     consistent range scan alignment, 1997), reweighted by how each edge disagrees in proportion to what is usual. Edges
-    with free motions hold only what nothing else holds. Raises ValueError for a pair without pose or information.
+    that leave something open hold only what nothing else holds. Raises ValueError for a pair without pose or
+    information.
     """
     edges = [Edge.of(pair) for pair in pairs]
     T_0, tree = place(edges, origin, count_support(edges, diameter, settings))
-    used = [k for k, e in enumerate(edges) if e.source in T_0 and e.target in T_0 and (not e.freedoms or k in tree)]
+    used = [k for k, e in enumerate(edges) if e.source in T_0 and e.target in T_0 and (e.rigid or k in tree)]
     weights = _relax(T_0, [edges[k] for k in used], origin, settings)
     contradicted = {
         k
@@ -173,7 +180,7 @@ def solve(pairs: Sequence[PairEstimate], origin: int, diameter: float, settings:
     }
     holding = [edges[k] for k in used if k not in contradicted]
     connected = _find_connected(holding, origin)
-    rigid = _find_connected([edge for edge in holding if not edge.freedoms], origin)
+    rigid = _find_connected([edge for edge in holding if edge.rigid], origin)
     kept = tuple(k not in contradicted for k in range(len(edges)))
     return Solution({view: T for view, T in T_0.items() if view in connected}, frozenset(rigid), kept)
 
@@ -188,7 +195,8 @@ def _relax(T_0: dict[int, np.ndarray], edges: Sequence[Edge], origin: int, setti
     for _ in range(settings.iterations if number else 0):
         residuals = [_residual(edge, T_0) for edge in edges]
         disagreement = np.array([r @ A @ r for r, A in zip(residuals, informations, strict=True)])
-        usual = max(float(np.median(disagreement)), 1e-12)
+        told = disagreement[disagreement > _NOTHING * disagreement.max(initial=0.0)]  # not those the first poses follow
+        usual = max(float(np.median(told)) if len(told) else 0.0, 1e-12)
         weights = 1.0 / (1.0 + disagreement / (settings.outlier**2 * usual)) ** 2
         step = _step(edges, informations, residuals, weights, T_0, number)
         for view, k in number.items():

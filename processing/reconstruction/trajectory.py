@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from orbitscan.processing.registration.prepared_view import PreparedView
-from orbitscan.processing.results.estimates import MethodResult, PairEstimate, ViewEstimate
+from orbitscan.processing.results.estimates import MethodResult, PairEstimate, UsualMisfit, ViewEstimate
 from orbitscan.processing.results.status import Method, Status
 
 _STREAMED = (
@@ -25,6 +25,14 @@ class Placed:
     T_0_i: np.ndarray
     connected: bool  # whether pairs that are all ok lead from it to the origin
     place: int = 0  # in the sequence of views
+
+
+@dataclass(frozen=True, eq=False)
+class Hints:
+    """What the pairs before tell a registration."""
+
+    step: np.ndarray | None = None  # the motion of the last pair, where it is right: T_target_source
+    usual: UsualMisfit | None = None  # of pairs that are right
 
 
 @dataclass
@@ -47,19 +55,20 @@ class Trajectory:
         return list(dict.fromkeys(target for target in tried if target is not None))
 
     @property
-    def usual_misfit(self) -> float | None:
-        """The median misfit of the pairs that are right; None before there is one."""
-        return usual_misfit([pair for pair in self.pairs if pair.status == Status.OK])
+    def hints(self) -> Hints:
+        """What is known of the next view's registration."""
+        usual = UsualMisfit.of([pair for pair in self.pairs if pair.status == Status.OK])
+        return Hints(self.step, usual)
 
     def start(self, prepared: PreparedView) -> ViewEstimate:
         """Make a view the origin: T_0_0 = I."""
         return self._add(prepared, Status.OK, np.eye(4))
 
-    def attach(self, register: Callable[[PreparedView], PairEstimate]) -> tuple[PairEstimate, Placed]:
+    def attach(self, register: Callable[[PreparedView, Hints], PairEstimate]) -> tuple[PairEstimate, Placed]:
         """Return the pair of the next view with the first of its targets that it fits, else with the likeliest."""
         attempts = []
         for target in self.targets:
-            pair = register(target.prepared)
+            pair = register(target.prepared, self.hints)
             attempts.append((pair, target))
             if pair.status == Status.OK:
                 break
@@ -75,7 +84,7 @@ class Trajectory:
         if pair.T_target_source is None:
             return self.skip(pair.source, pair.status)
         status = pair.status if pair.status != Status.OK or target.connected else Status.NOT_CONNECTED
-        return self._add(prepared, status, target.T_0_i @ pair.T_target_source)
+        return self._add(prepared, status, target.T_0_i @ pair.T_target_source, pair.note)
 
     def skip(self, view: int, status: Status) -> ViewEstimate:
         """Leave a view without a pose."""
@@ -86,11 +95,11 @@ class Trajectory:
         """Return all views and pairs, as a record."""
         return MethodResult.of(self.views, self.pairs, origin)
 
-    def _add(self, prepared: PreparedView, status: Status, T_0_i: np.ndarray) -> ViewEstimate:
+    def _add(self, prepared: PreparedView, status: Status, T_0_i: np.ndarray, note: str | None = None) -> ViewEstimate:
         self.last = Placed(prepared, T_0_i, status == Status.OK, len(self.views))
         if self.last.connected:
             self.anchor = self.last
-        self.views.append(ViewEstimate(prepared.surface.view, status, T_0_i))
+        self.views.append(ViewEstimate(prepared.surface.view, status, T_0_i, note=note))
         return self.views[-1]
 
 
@@ -98,9 +107,3 @@ def begin_trajectories(methods: Sequence[str]) -> dict[Method, Trajectory]:
     """Return an empty trajectory for each method that places views one after the other, by method, worst to best."""
     wanted = {Method.PAIRWISE if method == Method.REFINED else method for method in methods}
     return {method: Trajectory(retries=method == Method.PAIRWISE) for method in _STREAMED if method in wanted}
-
-
-def usual_misfit(pairs: Sequence[PairEstimate]) -> float | None:
-    """The median misfit of the pairs that have one; None without any."""
-    known = [pair.evidence.misfit for pair in pairs if pair.evidence.misfit is not None]
-    return float(np.median(known)) if known else None

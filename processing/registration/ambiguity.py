@@ -11,26 +11,13 @@ from scipy.spatial.transform import Rotation
 from orbitscan.processing.registration.hypotheses import screen
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.unobservable import Motion
-from orbitscan.processing.registration.verification import Verification, VerificationSettings
 from orbitscan.processing.results.estimates import Freedom
-from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 
 _APART = 1.5  # radians between two alignments whose motion tells a free axis ...
 _SAME_AXIS = 0.7  # ... if that lies so near to the one looked for, as a cosine
 _NO_TURN = 1e-9  # radians for a unit of a motion: below, it is a shift
 _PURE = 0.15  # of the strongest turn: weaker ones in a mixture of free motions are taken for none
-
-
-def decide(status: Status, freedoms: Sequence[Freedom], equal: Sequence[object]) -> Status:
-    """Return `ambiguous` in place of `ok` where a motion is free or other poses are as good; else the status."""
-    return Status.AMBIGUOUS if status == Status.OK and (freedoms or equal) else status
-
-
-def as_good(found: Verification, best: Verification, settings: VerificationSettings) -> bool:
-    """Whether another pose of the same views explains them as well as the best one."""
-    as_close = found.misfit <= settings.ambiguous_misfit * best.misfit
-    return as_close and found.score >= settings.ambiguous_score * best.score
 
 
 def find_freedoms(pair: PairRegistration, T: np.ndarray, motions: Sequence[Motion]) -> tuple[Freedom, ...]:
@@ -41,7 +28,7 @@ def find_freedoms(pair: PairRegistration, T: np.ndarray, motions: Sequence[Motio
     """
     settings, (turn, shift) = pair.settings.symmetry, pair.distinct
     weak = [motion for motion in motions if motion.information < settings.suspicious]
-    tried = [motion for motion in weak if motion.information >= settings.free]
+    tried = weak
     steps = [motion.pose(sign * settings.probe * motion.size(turn, shift)) for motion in tried for sign in (1, -1)]
     leaves = _try_steps(pair, T, steps)
     either = {motion: leaves[2 * k] or leaves[2 * k + 1] for k, motion in enumerate(tried)}
@@ -56,12 +43,12 @@ def _try_steps(pair: PairRegistration, T: np.ndarray, steps: Sequence[np.ndarray
     settings = pair.settings.symmetry
     probes = np.array([step @ T for step in steps])
     ends = pair.align_coarsely(probes, settings.probe_gate, settings.probe_deviation)
-    here = pair.verify(T)
+    here, limit = pair.explain(T), pair.settings.symmetry.as_well
     as_well = []
     for probe, end in zip(probes, ends, strict=True):
         returned = pair.distance(end, T) < settings.held * settings.probe
-        found = (pair.verify(pose) for pose in ([probe] if returned else [probe, end]))
-        as_well.append(any(as_good(there, here, pair.settings.judgement) for there in found))
+        found = (pair.explain(pose) for pose in ([probe] if returned else [probe, end]))
+        as_well.append(any(there.worse_than(here) <= limit for there in found))
     return as_well
 
 

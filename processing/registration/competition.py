@@ -6,21 +6,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from orbitscan.processing.registration import verification
-from orbitscan.processing.registration.ambiguity import as_good, decide, find_freedoms, turn_around
+from orbitscan.processing.registration.ambiguity import find_freedoms, turn_around
 from orbitscan.processing.registration.hypotheses import propose
+from orbitscan.processing.registration.known_step import STEP, use_step
 from orbitscan.processing.registration.matching import match
+from orbitscan.processing.registration.orbit import Orbit, find_orbit
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.registration.surface_icp import Refined
-from orbitscan.processing.registration.unobservable import hold, take_out, turn_by_step
+from orbitscan.processing.registration.unobservable import take_out
 from orbitscan.processing.registration.verification import Verification
-from orbitscan.processing.results.estimates import Candidate, Evidence, Freedom, PairEstimate
+from orbitscan.processing.results.estimates import Candidate, Evidence, Freedom, PairEstimate, Symmetry, UsualMisfit
 from orbitscan.processing.results.status import Status
 
 _SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place
+_WORTH = 0.75  # of what is asked of a pose, of a coarse one that is aligned on all surfels
 _SETTLING = (1.6, 0.8, 0.8, 0.4, 0.2)  # steps along a weak motion, in what makes two poses distinct
-_STEP_DEVIATION_DEG = 0.2  # of a turntable's step that the user knows
-_STEP_MISFIT = 1.5  # times that of the pose without that knowledge: what fits worse contradicts the user
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +56,13 @@ def register_competing(pair: PairRegistration, matches: Matches, previous: np.nd
         starts["ransac"] = matches.consensus.T_target_source
     first = starts | _name(propose(source, target, matches.indices, settings.proposals))
     best = _compete(pair, first, matches)
-    if best.status.is_believed:
+    if best.status == Status.OK or (best.status.is_believed and not (best.symmetries or best.alternatives)):
         return best
     more = match(source.descriptors, target.descriptors, settings.thorough_matching)
-    again = _compete(pair, _name(propose(source, target, more, settings.thorough)), matches)
+    thorough = _name(propose(source, target, more, settings.thorough))
+    if best.status.is_believed and best.T_target_source is not None:
+        return _compete(pair, {"first look": best.T_target_source} | thorough, matches)
+    again = _compete(pair, thorough, matches)
     return max(best, again, key=lambda estimate: (estimate.status.is_believed, estimate.confidence))
 
 
@@ -84,24 +88,32 @@ def register_from(
         trials = _keep_distinct(pair, [*trials, *_try(pair, around)])
         settled = [_settle(pair, trial) for trial in trials[:rivals_at_most]]
         trials = _keep_distinct(pair, [*settled, *trials[rivals_at_most:]])
-    best, *others = _refine(pair, trials)
+    best, *others = _put_best_explained_first(pair, _refine(pair, trials))
     motions = pair.find_motions(best.T)
     slides = pair.nearly_slides(motions)
+    status = verification.status_of(best.found, belief, slides)
+    if status == Status.OK and not motions:
+        status = Status.LOW_OVERLAP
+    known_to = pair.measure_uncertainty(best.refined) if status == Status.OK else None
+    is_good = known_to is not None and known_to.is_good(pair.diameter)
     freedoms: tuple[Freedom, ...] = ()
     if slides and best.found.score >= belief.min_score:
         freedoms = find_freedoms(pair, best.T, motions)
     rivals = [trial for trial in others if _is_rival(pair, trial, best, freedoms)]
-    equal = [trial for trial in rivals if as_good(trial.found, best.found, belief)]
-    if freedoms and pair.settings.step_deg is not None:
-        best, freedoms = _use_step(pair, best, freedoms, pair.settings.step_deg)
-    status = verification.status_of(best.found, belief, slides)
-    if status == Status.OK and not motions:
-        status = Status.LOW_OVERLAP
-    return PairEstimate(
+    orbit = Orbit()
+    if status == Status.OK:
+        rivals = _keep_distinct(pair, [*rivals, *_turn_by_itself(pair, best, freedoms, rivals)])
+        believed = [trial.T for trial in rivals if _is_believed(trial.found, belief)]
+        orbit = find_orbit(pair, best.T, believed, freedoms)
+        freedoms += orbit.freedoms
+    single = not (freedoms or orbit.symmetries or orbit.alternatives)
+    if status == Status.OK and not (single and is_good):
+        status = Status.AMBIGUOUS
+    estimate = PairEstimate(
         pair.source.view,
         pair.target.view,
         best.T,
-        decide(status, freedoms, equal),
+        status,
         verification.confidence(best.found, max((trial.found.score for trial in rivals), default=0.0)),
         pair.gather_evidence(best.refined, best.found, motions, features),
         tuple(
@@ -111,8 +123,51 @@ def register_from(
         information=best.refined.information,
         center=best.refined.center,
         freedoms=freedoms,
-        alternatives=tuple(trial.T for trial in equal),
+        symmetries=orbit.symmetries,
+        alternatives=orbit.alternatives,
+        margin=orbit.margin,
     )
+    return use_step(pair, estimate.with_uncertainty(known_to))
+
+
+def challenge(pair: PairRegistration, estimate: PairEstimate, suspected: Sequence[Symmetry]) -> PairEstimate:
+    """Return an estimate with those turns of suspected symmetries (target's frame) that explain its views as well."""
+    T = estimate.T_target_source
+    if T is None or not suspected or not estimate.status.is_believed or estimate.start == STEP:
+        return estimate
+    orbit = find_orbit(pair, T, estimate.alternatives, estimate.freedoms, [*estimate.symmetries, *suspected])
+    if orbit.is_single:
+        return estimate
+    left = replace(
+        estimate,
+        status=Status.AMBIGUOUS,
+        freedoms=estimate.freedoms + orbit.freedoms,
+        symmetries=orbit.symmetries,
+        alternatives=orbit.alternatives,
+    )
+    return use_step(pair, left)
+
+
+def _is_believed(found: Verification, belief: verification.VerificationSettings) -> bool:
+    """Whether a pose would be believed if it were the only one, but for how well it explains what it must."""
+    return found.overlap >= belief.min_overlap and found.violations <= belief.max_violations
+
+
+def _put_best_explained_first(pair: PairRegistration, trials: Sequence[Trial]) -> list[Trial]:
+    """Put first the best one of the trials, which come best first, that none of the others explains clearly better.
+
+    What overlaps more is no better for it: a pose is preferred where what both sensors must see decides.
+    """
+    belief, limit = pair.settings.judgement, pair.settings.covisibility.worse
+    likely = [trial for trial in trials if _is_believed(trial.found, belief) and trial.found.score >= belief.min_score]
+    if len(likely) < 2:
+        return list(trials)
+    explained = [pair.explain(trial.T) for trial in likely]
+    first = next(
+        (k for k, ours in enumerate(explained) if all(ours.worse_than(other) <= limit for other in explained)),
+        min(range(len(likely)), key=lambda k: max(explained[k].worse_than(other) for other in explained)),
+    )
+    return [likely[first], *(trial for trial in trials if trial is not likely[first])]
 
 
 def _turn_around(pair: PairRegistration, trials: Sequence[Trial]) -> dict[str, np.ndarray]:
@@ -126,23 +181,20 @@ def _turn_around(pair: PairRegistration, trials: Sequence[Trial]) -> dict[str, n
     return starts
 
 
-def _use_step(
-    pair: PairRegistration, best: Trial, freedoms: tuple[Freedom, ...], step_deg: float
-) -> tuple[Trial, tuple[Freedom, ...]]:
-    """Turn the best pose along its free turn to where the user's step puts it, if the views agree there.
-
-    Returns the trial and the freedoms that are left."""
-    turn = next((freedom for freedom in freedoms if freedom.kind == "turn"), None)
-    if turn is None or best.refined.information is None or best.refined.center is None:
-        return best, freedoms
-    T = turn_by_step(best.T, turn, step_deg * (pair.source.view - pair.target.view))
-    found = pair.verify(T)
-    close = found.misfit <= _STEP_MISFIT * best.found.misfit
-    if not close or verification.status_of(found, pair.settings.judgement, nearly_slides=True) != Status.OK:
-        return best, freedoms
-    known = hold(best.refined.information, best.refined.center, turn, np.radians(_STEP_DEVIATION_DEG))
-    refined = replace(best.refined, T_target_source=T, information=known)
-    return Trial("step", refined, found), tuple(freedom for freedom in freedoms if freedom is not turn)
+def _turn_by_itself(
+    pair: PairRegistration, best: Trial, freedoms: Sequence[Freedom], rivals: Sequence[Trial]
+) -> list[Trial]:
+    """Return where the best pose is led by turns under which one of the two views agrees with itself."""
+    turned = [best.T @ turn for turn in pair.source.self_turns] + [turn @ best.T for turn in pair.target.self_turns]
+    trials: list[Trial] = []
+    for T in turned:
+        trial = Trial("itself", Refined(T, converged=False), pair.verify(T, coarse=True))
+        known = any(not _differ(pair, trial, other) for other in (*rivals, *trials))
+        if known or not _is_rival(pair, trial, best, freedoms) or not _is_worth(trial.found, pair.settings.judgement):
+            continue
+        ended = pair.align(T)
+        trials.append(Trial("itself", ended, pair.verify(ended.T_target_source)))
+    return [trial for trial in trials if _is_rival(pair, trial, best, freedoms)]
 
 
 def _try(pair: PairRegistration, starts: Mapping[str, np.ndarray]) -> list[Trial]:
@@ -179,17 +231,23 @@ def _refine(pair: PairRegistration, trials: Sequence[Trial]) -> list[Trial]:
     """
     belief = pair.settings.judgement
     refined: list[Trial] = []
-    min_score = belief.rival_score * trials[0].found.score
-    for trial in trials[: pair.settings.rivals]:
+    for trial in trials:
+        if len(refined) == pair.settings.rivals:
+            break
         known = any(not _differ(pair, trial, other) for other in refined)
-        if known or (refined and trial.found.score < min_score):
+        if known or (refined and not _is_worth(trial.found, belief)):
             continue
-        if trial.found.score < belief.min_score:
+        if trial.found.overlap < belief.min_overlap:
             refined.append(trial)
             continue
         ended = pair.align(trial.T)
         refined.append(Trial(trial.start, ended, pair.verify(ended.T_target_source)))
     return _keep_distinct(pair, refined)
+
+
+def _is_worth(found: Verification, belief: verification.VerificationSettings) -> bool:
+    """Whether a coarse pose may be one that is believed when it is aligned on all surfels."""
+    return found.overlap >= _WORTH * belief.min_overlap and found.violations <= belief.max_violations / _WORTH**2
 
 
 def _keep_distinct(pair: PairRegistration, trials: Sequence[Trial]) -> list[Trial]:
@@ -212,14 +270,15 @@ def _is_rival(pair: PairRegistration, trial: Trial, best: Trial, freedoms: Seque
     return pair.distance(T, best.T) > 1.0
 
 
-def verify_sliding(pair: PairEstimate, usual_misfit: float | None, settings: PairSettings) -> PairEstimate:
-    """Return the pair, as `diverged` if it nearly slides and fits clearly less closely than its session's others do.
+def verify_usual(pair: PairEstimate, usual: UsualMisfit | None, settings: PairSettings) -> PairEstimate:
+    """Return the pair, as `diverged` if it fits clearly less closely than its session's others do.
 
     A mug upside down agrees with itself up to its handle and rim: no surface contradicts it, it just fits worse.
     """
     observability, misfit = pair.evidence.observability, pair.evidence.misfit
-    slides = observability is not None and observability < settings.symmetry.suspicious
-    if pair.status != Status.OK or usual_misfit is None or misfit is None or not slides:
+    if not pair.status.is_believed or usual is None or misfit is None:
         return pair
-    worse = misfit > settings.judgement.sliding_misfit * usual_misfit
+    slides = observability is not None and observability < settings.symmetry.suspicious
+    sliding_limit = settings.judgement.sliding_misfit * usual.median if slides else np.inf
+    worse = misfit > min(sliding_limit, usual.limit)
     return replace(pair, status=Status.DIVERGED) if worse else pair

@@ -6,7 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from orbitscan.processing.registration import surface_icp, unobservable, verification
+from orbitscan.processing.registration import covariance, covisibility, surface_icp, unobservable, verification
+from orbitscan.processing.registration.covisibility import CovisibilitySettings, Explanation
 from orbitscan.processing.registration.hypotheses import StartSettings
 from orbitscan.processing.registration.matching import MatchSettings
 from orbitscan.processing.registration.prepared_view import PreparedView
@@ -16,6 +17,10 @@ from orbitscan.processing.registration.unobservable import Motion, SymmetrySetti
 from orbitscan.processing.registration.verification import Verification, VerificationSettings
 from orbitscan.processing.results.estimates import Evidence, PairEstimate
 from orbitscan.processing.results.status import Status
+from orbitscan.processing.results.uncertainty import Uncertainty
+from orbitscan.recorder import poses
+
+_STEP = 0.25  # multiples of w, by which a pose is moved to tell how firmly it is held
 
 
 @dataclass(frozen=True)
@@ -25,13 +30,14 @@ class PairSettings:
     starts: tuple[Literal["identity", "previous", "consensus"], ...] = ("identity", "previous", "consensus")
     # What competes: no motion, the previous step of the camera, and all that the correspondences propose.
     step_deg: float | None = None  # from one recorded view to the next, where the user knows it; see `turn_by_step`
-    rivals: int = 3  # poses refined on all surfels, at most
+    rivals: int = 6  # poses refined on all surfels, at most
     proposals: StartSettings = field(default_factory=StartSettings)
     # Where these lead nowhere, the correspondences are looked at once more:
     thorough: StartSettings = field(default_factory=lambda: StartSettings(hypotheses=3000, worth=0.0, most=16))
     thorough_matching: MatchSettings = field(default_factory=lambda: MatchSettings(nearest=2))
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
     judgement: VerificationSettings = field(default_factory=VerificationSettings)
+    covisibility: CovisibilitySettings = field(default_factory=CovisibilitySettings)
     symmetry: SymmetrySettings = field(default_factory=SymmetrySettings)
 
 
@@ -59,6 +65,10 @@ class PairRegistration:
         belief = self.settings.judgement
         return np.radians(belief.distinct_deg), belief.distinct_shift * self.diameter
 
+    def center(self, T: np.ndarray) -> np.ndarray:
+        """The source's centre (3,) under a pose, in the target's frame."""
+        return poses.transform(T, self.source.coarse_surfels.points.mean(axis=0)[None])[0]
+
     def align_coarsely(self, starts: np.ndarray, gate: float, deviation: float) -> np.ndarray:
         """Align the coarse surfels from each start (B, 4, 4) to (B, 4, 4); gate and deviation are in multiples of w."""
         how = self.settings.refinement
@@ -75,6 +85,19 @@ class PairRegistration:
     def verify(self, T: np.ndarray, coarse: bool = False) -> Verification:
         """Measure how far the views agree under a pose, by their judged surfels or only the coarse ones."""
         return verification.verify(T, self.source, self.target, self.settings.judgement, coarse)
+
+    def explain(self, T: np.ndarray) -> Explanation:
+        """Tell how a pose explains what both sensors must see."""
+        return covisibility.explain(T, self.source, self.target, self.settings.covisibility)
+
+    def measure_uncertainty(self, refined: Refined) -> Uncertainty | None:
+        """Measure how well an aligned pose is known; None where the views hardly meet."""
+        if refined.center is None:
+            return None
+        how, w = self.settings.refinement, self.w
+        patch, target = 2 * max(2 * w, self.source.scale.patch), self.target.fine_target
+        problem = surface_icp.fine_problem(self.source.judged_surfels, target, w, how)
+        return covariance.measure_uncertainty(problem, refined.T_target_source, refined.center, patch, _STEP * w)
 
     def distance(self, T_a: np.ndarray, T_b: np.ndarray) -> float:
         """Measure how different two poses are: 1 where they just count as distinct."""

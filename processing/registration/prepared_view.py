@@ -14,6 +14,7 @@ from orbitscan.processing.registration.surface_icp import RefinementSettings
 from orbitscan.processing.surface.preparation import Scale, Surface, Surfels
 from orbitscan.recorder.session import View, Views
 
+_QUADRIC_REACH = 2.0  # multiples of the working resolution, see `SurfaceSettings.quadric_radius`
 _PIXEL = 1.0  # of the range image, in multiples of the working resolution
 
 
@@ -27,6 +28,7 @@ class PreparedView:
     frames: np.ndarray  # (K, 3, 3) local reference frames, rows x y z
     scale: Scale
     settings: RefinementSettings
+    self_turns: tuple[np.ndarray, ...] = ()  # (4, 4): motions but the identity under which it agrees with itself
 
     @property
     def view(self) -> int:
@@ -47,6 +49,17 @@ class PreparedView:
     def judged_surfels(self) -> Surfels:
         """Surfels that stand for all when a pose is judged."""
         return self.surface.surfels.thinned(self.settings.judged_points)
+
+    @cached_property
+    def patches(self) -> tuple[np.ndarray, int]:
+        """The patch of neighbours (S,) to which each judged surfel belongs, and how many there are.
+
+        Beyond a patch residuals are independent: it is as wide as the neighbourhoods that surfels are fitted to.
+        """
+        size = 2 * max(_QUADRIC_REACH * self.scale.working, self.scale.patch)
+        cells = np.floor(self.judged_surfels.points / size).astype(np.int64)
+        _, patch = np.unique(cells, axis=0, return_inverse=True)
+        return patch.ravel(), int(patch.max(initial=-1)) + 1
 
     @cached_property
     def coarse_target(self) -> Target:

@@ -97,17 +97,13 @@ def align(
     steps are made with the coarse surfels, which stand for the source's, the rest with all. A pose without
     correspondences stays where it is, without information.
     """
-    min_variance = (settings.least_deviation * w) ** 2
-    target = target._replace(variances=target.variances + min_variance)
     stages = (
-        (coarse, settings.middle_gate, settings.middle_gate, settings.middle_iterations, settings.middle_still),
-        (source, settings.fine_gate, settings.fine_slide, settings.fine_iterations, settings.fine_still),
+        (middle_problem(coarse, target, w, settings), settings.middle_iterations, settings.middle_still),
+        (fine_problem(source, target, w, settings), settings.fine_iterations, settings.fine_still),
     )
     T, converged, A, center = start, False, None, None
-    for surfels, gate, slide, iterations, still in stages:
-        variances, cutoff = surfels.variances + min_variance, settings.fine_deviation
-        problem = Problem(surfels.points, surfels.normals, variances, target, gate * w, slide * w, cutoff**2)
-        middle = surfels.points.mean(axis=0)[None]
+    for problem, iterations, still in stages:
+        middle = problem.points.mean(axis=0)[None]
         for _ in range(iterations):
             center = poses.transform(T, middle)[0]
             A, b = normal_equations(problem, T, center)
@@ -121,6 +117,25 @@ def align(
             if converged:
                 break
     return Refined(poses.make(poses.project_rotation(T[:3, :3]), T[:3, 3]), converged, A, center)
+
+
+def middle_problem(surfels: Surfels, target: Target, w: float, settings: RefinementSettings) -> Problem:
+    """The problem of the alignment's first steps; w in metres."""
+    return _problem(surfels, target, settings.middle_gate * w, settings.middle_gate * w, w, settings)
+
+
+def fine_problem(surfels: Surfels, target: Target, w: float, settings: RefinementSettings) -> Problem:
+    """The problem of the alignment's last steps; w in metres."""
+    return _problem(surfels, target, settings.fine_gate * w, settings.fine_slide * w, w, settings)
+
+
+def _problem(
+    surfels: Surfels, target: Target, gate: float, slide: float, w: float, settings: RefinementSettings
+) -> Problem:
+    least = (settings.least_deviation * w) ** 2
+    target = target._replace(variances=target.variances + least)
+    cutoff = settings.fine_deviation
+    return Problem(surfels.points, surfels.normals, surfels.variances + least, target, gate, slide, cutoff**2)
 
 
 def _solve_motion(A: np.ndarray, b: np.ndarray, center: np.ndarray) -> np.ndarray | None:

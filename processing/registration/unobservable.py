@@ -21,13 +21,14 @@ class SymmetrySettings:
     """When a motion is taken for free; not in the thesis."""
 
     # By the information about a motion, 0 to 1 (see `Motion`).
-    free: float = 0.0015  # below, it is free: what is left is noise of normals
+    free: float = 0.0015  # below, the thesis's methods leave it open: what is left is noise of normals
     suspicious: float = 0.02  # below, it is tried out: the views nearly slide
 
     # The trial: a little along the motion, and aligned again from there.
     probe: float = 1.3  # how far it is tried, as a multiple of what makes two poses distinct
     probe_gate: float = 3.0  # of the alignment from there, in multiples of the working resolution w
     probe_deviation: float = 0.5  # a residual of so many w counts a quarter there
+    as_well: float = 3.0  # standard deviations: what explains the views worse by less explains them as well
     held: float = 0.5  # a motion of which the alignment takes back all but this share is determined
 
     # Poses about the axis of a suspicious turn: the right one may be any of them.

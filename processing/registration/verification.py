@@ -41,12 +41,9 @@ class VerificationSettings:
     sliding_misfit: float = 1.2  # times the session's usual one: a pair that nearly slides must fit as closely
     min_score: float = 0.2  # below, a start is not worth refining, nor a pose believing
 
-    # When another pose rivals it, and when it explains the views as well.
-    distinct_deg: float = 5.0  # another pose is turned by more than this ...
+    # When another pose is another.
+    distinct_deg: float = 5.0  # it is turned by more than this ...
     distinct_shift: float = 0.05  # ... or moved by more than this share of the diameter
-    rival_score: float = 0.8  # a start that comes so near to the best is refined on all surfels too
-    ambiguous_score: float = 0.97  # a rival with this share of the best score explains the views as well ...
-    ambiguous_misfit: float = 1.08  # ... if its misfit is no more than so many times the best one's
 
 
 @dataclass(frozen=True)

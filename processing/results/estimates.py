@@ -6,7 +6,7 @@ results.json holds them, and they are read back from it as they were written, by
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import (
@@ -19,7 +19,13 @@ from pydantic import (
 )
 
 from orbitscan.processing.results.status import Status
+from orbitscan.processing.results.uncertainty import Uncertainty
+from orbitscan.recorder import poses
 
+_UNUSUAL = 5.0  # deviations from the usual misfit
+_LEAST_DEVIATION = 0.1  # of misfits, as a share of the usual one
+_FEW_PAIRS = 3  # tell what is usual
+_MAD = 0.6745  # the median of a standard normal deviate's size
 Array = Annotated[np.ndarray, PlainValidator(np.asarray), PlainSerializer(np.ndarray.tolist)]
 
 
@@ -84,6 +90,25 @@ class Freedom:
     point: Array  # (3,) metres
 
 
+@dataclass(frozen=True, eq=False)
+class Symmetry:
+    """Turns that change nothing that views show: by any multiple of 360 / order degrees about an axis."""
+
+    axis: Array  # (3,) unit
+    point: Array  # (3,) metres, on the axis
+    order: int  # 2 or more
+
+    def moved(self, T_a_b: np.ndarray) -> "Symmetry":
+        """The same, of coordinates in b, for coordinates in a."""
+        axis, point = poses.rotate(T_a_b, self.axis[None])[0], poses.transform(T_a_b, self.point[None])[0]
+        return Symmetry(axis, point, self.order)
+
+    def turns(self) -> list[np.ndarray]:
+        """The motions (4, 4) but the identity."""
+        angles = 2 * np.pi * np.arange(1, self.order) / self.order
+        return [poses.turn_about(self.axis, self.point, float(angle)) for angle in angles]
+
+
 Unobservable = Annotated[tuple[Freedom, ...], Field(alias="unobservable")]
 
 
@@ -117,8 +142,43 @@ class PairEstimate(_ErrorsInline):
     information: Annotated[Array | None, Field(exclude=True)] = None
     center: Annotated[Array | None, Field(exclude=True)] = None  # (3,) in the target's frame
     freedoms: Unobservable = ()  # in the target's frame
+    symmetries: tuple[Symmetry, ...] = ()  # in the target's frame
     alternatives: tuple[Array, ...] = ()  # other T_target_source that explain the views as well
+    margin: float | None = None  # standard deviations by which the next candidate explains them worse; None: no other
+    # (6, 6) as the information's, about the same centre: as the residuals scatter
+    covariance: Annotated[Array | None, Field(exclude=True)] = None
+    rotation_bound_deg: float | None = None  # within which the turn is right with 95 % probability
+    center_bound_m: float | None = None  # the same of the centre of the source's points
+    note: str | None = None  # what else is to be said of its status
     errors: PairErrors = field(default_factory=PairErrors)
+
+    def with_uncertainty(self, known: Uncertainty | None) -> Self:
+        """The estimate with how well it is known; None: that nobody can tell."""
+        if known is None:
+            return replace(self, covariance=None, rotation_bound_deg=None, center_bound_m=None)
+        bounds = known.rotation_bound_deg, known.center_bound_m
+        return replace(self, covariance=known.covariance, rotation_bound_deg=bounds[0], center_bound_m=bounds[1])
+
+
+class UsualMisfit(NamedTuple):
+    """The misfit that pairs of a session usually have."""
+
+    median: float
+    deviation: float  # robust
+
+    @property
+    def limit(self) -> float:
+        """Beyond, a pair is no usual one."""
+        return self.median + _UNUSUAL * max(self.deviation, _LEAST_DEVIATION * self.median)
+
+    @classmethod
+    def of(cls, pairs: Sequence[PairEstimate]) -> Self | None:
+        """That of the pairs that have one; None for too few."""
+        known = [pair.evidence.misfit for pair in pairs if pair.evidence.misfit is not None]
+        if len(known) < _FEW_PAIRS:
+            return None
+        median = float(np.median(known))
+        return cls(median, float(np.median(np.abs(np.array(known) - median))) / _MAD)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +201,9 @@ class ViewEstimate(_ErrorsInline):
     view: int
     status: Status
     T_0_i: Array | None  # (4, 4), metres
+    rotation_bound_deg: float | None = None  # within which it is right with 95 % probability; None: nobody can tell
+    center_bound_m: float | None = None  # the same of the centre of its points
+    note: str | None = None  # what else is to be said of its status
     errors: ViewErrors = field(default_factory=ViewErrors)
     pair: tuple[int, int] | None = None  # source and target of the pair that speaks for it; None where none does
 
@@ -164,6 +227,7 @@ class MethodResult:
     pairs: tuple[PairEstimate, ...]
     loop_closed: bool = False
     freedoms: Unobservable = ()  # motions of views that nothing determines, in frame {0}
+    symmetries: tuple[Symmetry, ...] = ()  # turns of views that nothing tells apart, in frame {0}
     summary: Mapping[str, int | float | None] = field(default_factory=dict)  # see `summarize`
 
     @classmethod
@@ -192,7 +256,7 @@ class MethodResult:
 
 def speaking_pairs(pairs: Sequence[PairEstimate]) -> dict[int, PairEstimate]:
     """Source view -> the pair that speaks for it: one that the others do not contradict, then the most confident."""
-    ranked = sorted(pairs, key=lambda p: (p.status == Status.INCONSISTENT, bool(p.freedoms), -p.confidence))
+    ranked = sorted(pairs, key=lambda p: (-p.status.rank, p.status == Status.INCONSISTENT, -p.confidence))
     chosen: dict[int, PairEstimate] = {}
     for pair in ranked:
         chosen.setdefault(pair.source, pair)

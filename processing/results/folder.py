@@ -221,11 +221,11 @@ def _write_errors(path: Path, result: SessionResult) -> None:
     names = dict(zip(result.views_used, result.view_names, strict=True))
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream, lineterminator="\n")
-        table.writerow(("view", "name", "method", "status", *ERROR_NAMES))
+        table.writerow(("view", "name", "method", "status", *ERROR_NAMES, "rotation_bound_deg", "center_bound_m"))
         for name, method in result.reconstruction.items():
             for view in method.views:
-                errors = asdict(view.errors)
-                table.writerow((view.view, names[view.view], name, view.status, *errors.values()))
+                errors, bounds = asdict(view.errors), (view.rotation_bound_deg, view.center_bound_m)
+                table.writerow((view.view, names[view.view], name, view.status, *errors.values(), *bounds))
 
 
 def _write_trajectory(path: Path, result: SessionResult, T_0: Mapping[int, np.ndarray]) -> None:

@@ -86,7 +86,10 @@ class _Row(NamedTuple):
 _STATUSES = {
     Status.OK: _Row("the pose is right", colors.GOOD, 2),
     Status.AMBIGUOUS: _Row(
-        "several poses explain it equally well, or a motion of it changes nothing that the views show", colors.FREE, 1
+        "several poses explain it equally well, a motion of it changes nothing that the views show, or it is known too "
+        "badly to be called right",
+        colors.FREE,
+        1,
     ),
     Status.LOW_OVERLAP: _Row("too little of the surface lies on the earlier view"),
     Status.DIVERGED: _Row("the surfaces that should overlap lie apart"),

@@ -1,4 +1,4 @@
-"""Curves over the views: what a method's errors, evidence and seconds are, and a writer that completes them."""
+"""Curves over the views: a method's errors, their bounds, evidence and seconds, and a writer that completes them."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import TypeGuard
 import numpy as np
 import rerun as rr
 
-from orbitscan.processing.results.estimates import PairEstimate, ViewErrors
+from orbitscan.processing.results.estimates import PairEstimate, ViewErrors, ViewEstimate
 from orbitscan.processing.results.records import TurntableDeviation
 from orbitscan.processing.review import entities
 
@@ -27,9 +27,17 @@ def error_values(method: str, errors: ViewErrors) -> Iterator[Value]:
         value = getattr(errors, entities.error_field(error))
         yield f"/errors/{quantity}/{method}", None if value is None else 1e3 * value
     for quantity, (_, error, factor) in entities.LOG_ERRORS.items():
-        value = getattr(errors, entities.error_field(error))
-        seen = value is not None and value > ROUNDING
-        yield f"/errors_log10/{quantity}/{method}", float(np.log10(factor * value)) if seen else None
+        yield f"/errors_log10/{quantity}/{method}", _log10(getattr(errors, entities.error_field(error)), factor)
+    yield f"/errors_log10/rotation_deg/{method}", _log10(errors.rotation_error_deg)  # drawn with its bound
+
+
+def bound_values(method: str, estimate: ViewEstimate) -> Iterator[Value]:
+    """Within what the errors of a view are with 95 % probability, in the same units, and the logarithms."""
+    yield f"/bounds/center_m/{method}", estimate.center_bound_m
+    for quantity, (_, _, field, factor) in entities.BOUNDS.items():
+        value = getattr(estimate, field)
+        yield f"/bounds/{quantity}/{method}", None if value is None else factor * value
+        yield f"/bounds_log10/{quantity}/{method}", _log10(value, factor)
 
 
 def evidence_values(method: str, pair: PairEstimate) -> Iterator[Value]:
@@ -102,6 +110,10 @@ def log_curve(
 def draw_line(color: entities.Color, name: str, width: float = 2.0) -> rr.SeriesLines:
     """How a curve looks."""
     return rr.SeriesLines(colors=[color], names=[name], widths=[width])
+
+
+def _log10(value: float | None, factor: float = 1.0) -> float | None:
+    return float(np.log10(factor * value)) if value is not None and value > ROUNDING else None
 
 
 def _is_known(value: float | None) -> TypeGuard[float]:

@@ -60,6 +60,10 @@ LOG_ERRORS = {  # quantity -> (title, the error it is the logarithm of, its fact
     "rotation_chordal": ("log10 of it: -3 is 0.001", "rotation_chordal", 1.0),
     "center_mm": ("log10 of it [mm]: 0 is 1 mm, 2 is 10 cm", "center_m", 1e3),
 }
+BOUNDS = {  # quantity -> (title, title of its logarithm, the field of ViewEstimate, its factor)
+    "rotation_deg": ("Turn: error and 95 % bound [deg]", "log10 of it [deg]: -1 is 0.1°", "rotation_bound_deg", 1.0),
+    "center_mm": ("Centre: error and 95 % bound [mm]", "log10 of it [mm]: -1 is 0.1 mm", "center_bound_m", 1e3),
+}
 SHARES = {
     "overlap": "Overlap with the earlier view [share]",
     "confidence": "Confidence [0 to 1]",
@@ -117,7 +121,15 @@ def curve_style(path: str) -> tuple[Color, str, float]:
     _, kind, quantity, method = path.split("/")
     if kind == "timing" and quantity in STAGES:
         return _STAGE_COLORS[STAGES.index(quantity)], quantity, 2.0
+    if kind in ("bounds", "bounds_log10"):
+        return lighten(METHOD_COLORS[method]), f"{method}, 95 % bound", CURVE_WIDTHS[method]
     return METHOD_COLORS[method], method, CURVE_WIDTHS[method]
+
+
+def lighten(color: Color) -> Color:
+    """A colour half way to white."""
+    r, g, b = ((value + 255) // 2 for value in color)
+    return r, g, b
 
 
 def view_color(view: int, views: int) -> Color:

@@ -1,10 +1,15 @@
-"""Numbers, views and motions in words, and Markdown tables of them."""
+"""Numbers, views, bounds and motions in words, and Markdown tables of them."""
 
 from collections.abc import Sequence
 
-from orbitscan.processing.results.estimates import Freedom
+import numpy as np
+
+from orbitscan.processing.results.estimates import Freedom, Symmetry
+from orbitscan.processing.results.status import Method
 
 ENUMERATED = 10  # views that a sentence names, at most
+UNCHALLENGED = (Method.ICP, Method.RANSAC_ICP)  # as in the thesis: no other pose competes with the one they end at
+UNCHALLENGED_WORDS = "† unchecked against other poses: what these methods call ok may be far off"
 
 
 def number(value: float | None) -> str:
@@ -27,6 +32,11 @@ def count(value: int | None) -> str:
 def percent(share: float | None) -> str:
     """A share in percent."""
     return "" if share is None else f"{share:.0%}"
+
+
+def count_not_ok(views: int | str, method: Method) -> str:
+    """How many views of a method are not ok, with a dagger where ok says little."""
+    return f"{views} †" if method in UNCHALLENGED else f"{views}"
 
 
 def enumerate_some(words: Sequence[str], most: int = ENUMERATED) -> str:
@@ -52,11 +62,22 @@ def name_view(view: int, name: str) -> str:
 
 def describe_freedom(freedom: Freedom) -> str:
     """A motion with its axis, and where it is."""
-    axis = ", ".join(f"{x:.2f}" for x in freedom.axis.round(2) + 0.0)
+    axis = _axis(freedom.axis)
     if freedom.kind == "shift":
-        return f"a shift along ({axis})"
+        return f"a shift along {axis}"
     place = ", ".join(f"{x:.0f}" for x in (1e3 * freedom.point).round() + 0.0)
-    return f"a turn about the axis ({axis}) through ({place}) mm"
+    return f"a turn about the axis {axis} through ({place}) mm"
+
+
+def describe_symmetry(symmetry: Symmetry) -> str:
+    """Turns that change nothing, with their axis."""
+    turn = number(360 / symmetry.order)
+    return f"{symmetry.order}-fold about {_axis(symmetry.axis)}: turned by any multiple of {turn}° it looks the same"
+
+
+def describe_bounds(rotation_bound_deg: float, center_bound_m: float) -> str:
+    """Within what a pose is right with 95 % probability."""
+    return f"within {number(rotation_bound_deg)}° and {in_mm(center_bound_m)} mm (95 %)"
 
 
 def name_gap(start_deg: float, end_deg: float) -> str:
@@ -69,3 +90,7 @@ def write_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[st
     columns = [column for column in zip(header, *rows, strict=True) if any(column[1:])]
     title, *content = zip(*columns, strict=True)
     return ["| " + " | ".join(cells) + " |" for cells in (title, ["---"] * len(title), *content)]
+
+
+def _axis(axis: np.ndarray) -> str:
+    return f"({', '.join(f'{x:.2f}' for x in axis.round(2) + 0.0)})"

@@ -66,6 +66,7 @@ class Surface:
     surfels: Surfels  # the working points whose surface can be told
     sensor_origin: np.ndarray | None  # (3,) metres, None where unknown
     enough: bool  # whether there are points enough to register
+    outline_known: bool = False  # whether nothing is where no point is: those directions were looked at
 
 
 def choose_scale(views: Views, settings: SurfaceSettings) -> Scale | None:
@@ -87,11 +88,15 @@ def _measure(view: View, settings: SurfaceSettings) -> cloud.CloudFacts | None:
 
 
 def prepare(
-    view: View, scale: Scale | None, sensor_origin: tuple[float, ...] | None, settings: SurfaceSettings
+    view: View,
+    scale: Scale | None,
+    sensor_origin: tuple[float, ...] | None,
+    settings: SurfaceSettings,
+    outline_known: bool = False,
 ) -> Surface:
     """Prepare the surface of a view at a scan's scale; normals face the sensor's origin (see `estimate_normals`).
 
-    Without normals and surfels where there are too few points, or no scale.
+    `outline_known`: see `SessionInfo`. Without normals and surfels where there are too few points, or no scale.
     """
     points, colors = cloud.finite(view.points, view.colors)
     origin = None if sensor_origin is None else np.array(sensor_origin, dtype=np.float64)
@@ -104,4 +109,5 @@ def prepare(
     fitted, turned, variances = fit_quadrics(working, normals, points, radius)
     known = np.isfinite(variances)
     surfels = Surfels(fitted[known], turned[known], variances[known])
-    return Surface(view.index, points, colors, working, normals, surfels, origin, len(surfels) >= settings.min_points)
+    enough = len(surfels) >= settings.min_points
+    return Surface(view.index, points, colors, working, normals, surfels, origin, enough, outline_known)

@@ -17,6 +17,7 @@ from orbitscan.recorder.session import Capture, SessionInfo
 FORMAT_VERSION = "2"  # 1 has no CRC in the metadata
 SESSION, VIEWS = "scan_session", "scan_views"  # names of the records
 LOST_AT_MOST = 10_000  # views; a count or a number that says more are missing is wrong itself
+_KNOWN = "known"
 _CRC, _PLAIN = "crc32", "1"  # key of the CRC; version of the format without
 
 
@@ -67,6 +68,7 @@ def info_to_metadata(info: SessionInfo, views: int) -> dict[str, str]:
         "sensor": info.sensor,
         "capture": info.capture,
         "sensor_origin": origin,
+        **({"outline": _KNOWN} if info.outline_known else {}),
         "source_axes": info.source_axes,
         "source_units": info.source_units,
         "source_poses": info.source_poses,
@@ -97,6 +99,7 @@ def describe(
         sensor=raw.get("sensor", ""),
         capture=cast(Capture, capture) if capture in get_args(Capture) else "unknown",
         sensor_origin=(origin[0], origin[1], origin[2]) if len(origin) == len(words) == 3 else None,
+        outline_known=raw.get("outline") == _KNOWN,
         source_axes=raw.get("source_axes", "RDF"),
         source_units=raw.get("source_units", "m"),
         source_poses=raw.get("source_poses", ""),

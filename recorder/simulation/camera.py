@@ -106,6 +106,7 @@ def simulate(
         source="virtual",
         sensor=f"{model}, rays cast by {scene.raycaster.name}",
         capture="circle",
+        outline_known=True,
         elevation_deg=camera.elevation_deg,
         views_per_turn=camera.views / camera.every,
     )

@@ -8,6 +8,7 @@ from orbitscan.processing.pipeline import prepare_view
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.results.estimates import Evidence, PairEstimate
+from orbitscan.processing.results.status import Status
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.steps import Steps
 from orbitscan.processing.surface.preparation import choose_scale
@@ -60,8 +61,11 @@ class Scene:
 
 def edge(source, target, T, center=None, **fields):
     """A pair that is right, as exact in each direction as in any other."""
-    given = {"information": np.diag([1e4] * 3 + [1e6] * 3), "center": np.zeros(3) if center is None else center}
-    return PairEstimate(source, target, T, fields.pop("status", "ok"), 0.9, Evidence(misfit=0.8), **(given | fields))
+    information = np.diag([1e4] * 3 + [1e6] * 3)
+    given = {"information": information, "covariance": np.linalg.inv(information)}
+    given["center"] = np.zeros(3) if center is None else center
+    status, evidence = Status(fields.pop("status", "ok")), Evidence(misfit=0.8, overlap=0.8)
+    return PairEstimate(source, target, T, status, 0.9, evidence, **(given | fields))
 
 
 def degrees(T_a, T_b):

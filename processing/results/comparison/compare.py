@@ -4,7 +4,8 @@ An error of a view that both place with confidence changed where it did so by mo
 deviations of the difference of two estimates, each as well known as the views allow (`uncertainty`). So the floor comes
 from the recording itself, in its own size and noise, and not from a tolerance that would be too wide for one and too
 narrow for another: another seed moves poses by a fraction of it, and what exceeds it would not be turned round by
-scanning again. Views that are not ok claim nothing about their pose: of them the status counts alone.
+scanning again. Where both results tell within what their pose is right, the floor is no less than both bounds together.
+Views that are not ok claim nothing about their pose: of them the status counts alone.
 """
 
 import math
@@ -125,10 +126,12 @@ def _compare_view(
         moved_deg = float(np.degrees(poses.rotation_angle(D[:3, :3])))
         if a.status == b.status == Status.OK and b.view in sigma:
             floor = max(FLOOR * math.sqrt(2) * sigma[b.view], ROUNDING)
-            floors = _floors(floor, extent, [T[:3, 3] for T in (a.T_0_i, b.T_0_i)])
+            turn = max(floor / extent.lever, math.radians(_add(a.rotation_bound_deg, b.rotation_bound_deg)))  # radians
+            floor = max(floor, _add(a.center_bound_m, b.center_bound_m))
+            floors = _floors(floor, turn, extent, [T[:3, 3] for T in (a.T_0_i, b.T_0_i)])
             both = {name: (getattr(a.errors, name), getattr(b.errors, name)) for name in floors}
             errors = {name: Difference(*pair, floors[name]) for name, pair in both.items() if None not in pair}
-            size = max(moved_m, math.radians(moved_deg) * extent.lever) / floor
+            size = max(moved_m / floor, math.radians(moved_deg) / turn)
     if a.status != b.status:
         standings = _standing(a, extent), _standing(b, extent)
         verdict = "changed" if standings[0] == standings[1] else ("worse" if standings[1] < standings[0] else "better")
@@ -142,15 +145,22 @@ def _compare_view(
     return ViewComparison(method, b.view, a.status, b.status, errors, moved_m, moved_deg, floor, verdict, size)
 
 
+def _add(bound_a: float | None, bound_b: float | None) -> float:
+    """Two bounds together; 0 where one does not tell its own."""
+    return 0.0 if bound_a is None or bound_b is None else bound_a + bound_b
+
+
 def _without_motion(view: ViewComparison) -> ViewComparison:
     verdict = "same" if view.verdict == "changed" and view.status_a == view.status_b else view.verdict
     size = view.size if view.errors or verdict != "same" else 0.0
     return replace(view, moved_m=None, moved_deg=None, verdict=verdict, size=size)
 
 
-def _floors(floor_m: float, extent: Extent, places: Sequence[np.ndarray]) -> dict[str, float]:
-    """The floor of each judged error, from the surface's; `places` (3,) are the view's own in frame {0}."""
-    turn = floor_m / extent.lever  # radians
+def _floors(floor_m: float, turn: float, extent: Extent, places: Sequence[np.ndarray]) -> dict[str, float]:
+    """The floor of each judged error, from those of the centre [m] and of a turn [rad].
+
+    `places` (3,) are the view's own in frame {0}.
+    """
     distance = min(float(np.linalg.norm(place - extent.center)) for place in places)  # alike in both directions
     return {
         "translation_error_m": math.hypot(floor_m, distance * turn),

@@ -16,8 +16,8 @@ NAMED = 5  # sessions that a sentence names
 ARROW = " → "
 FLOOR_WORDS = (
     "Floors: the change over what may be chance. That is two standard deviations of the difference of two estimates, "
-    "each as well known as the overlap of the views, its residual and its shape allow. Views that are not ok are "
-    "compared by their status alone."
+    "each as well known as the overlap of the views, its residual and its shape allow, but no less than the 95 % "
+    "bounds of both together where both tell them. Views that are not ok are compared by their status alone."
 )
 SESSION_HEADER = ("session", "verdict", "worse", "changed", "better", "not ok", "taken for", "seconds")
 METHOD_HEADER = ("method", "not ok", "largest centre error [mm]", "seconds")

@@ -9,7 +9,15 @@ from orbitscan.processing.results.edges import Disagreement, left_out
 from orbitscan.processing.results.estimates import Candidate, PairEstimate, ViewEstimate
 from orbitscan.processing.results.records import SessionResult, ViewResult
 from orbitscan.processing.results.status import Method, Status
-from orbitscan.processing.review.markdown import describe_freedom, in_mm, name_view, number
+from orbitscan.processing.review.ambiguity import BY_STEP, leaves_open
+from orbitscan.processing.review.markdown import (
+    describe_bounds,
+    describe_freedom,
+    describe_symmetry,
+    in_mm,
+    name_view,
+    number,
+)
 from orbitscan.recorder import poses
 
 SAME = 1e-6  # degrees: errors that differ by less are equal
@@ -51,13 +59,15 @@ def explain_left_out(pair: PairEstimate, disagreement: Disagreement | None) -> s
 
 def explain(estimate: ViewEstimate, pair: PairEstimate | None) -> str:
     """Why a view is not ok: its status in words, the evidence of the pair that placed it, how each start fared."""
-    text = describe_status(estimate.status)
+    text = describe_status(estimate, pair)
     if estimate.T_0_i is None:
         text += ", not placed"
+    if estimate.note:
+        text += f". {write_clause(estimate.note)}"
     if pair is None:
         return text
     text += f". Against view {pair.target}: {describe_evidence(pair)}"
-    text += "".join(f". {sentence}" for sentence in describe_free_motions(pair))
+    text += "".join(f". {sentence}" for sentence in describe_ambiguity(pair))
     if (observable := observable_error(pair)) is not None:
         raw = pair.errors.rotation_error_deg
         text += f". Off by {number(raw)}°, by {number(observable)}° with that granted"
@@ -74,18 +84,27 @@ def describe_starts(pair: PairEstimate) -> str:
     return "; ".join(f"{', '.join(starts)} {fate}" for fate, starts in fates.items())
 
 
-def describe_status(status: Status) -> str:
-    """A status, and in words what it means where it is not ok."""
-    return status if status == Status.OK else f"{status} ({status.meaning})"
+def describe_status(estimate: ViewEstimate, pair: PairEstimate | None) -> str:
+    """A view's status, and in words what it means where it is not ok; the pair is that which speaks for it."""
+    status = estimate.status
+    if status == Status.OK:
+        return status
+    return f"{status}: {known}" if (known := _known_too_badly(estimate, pair)) else f"{status} ({status.meaning})"
 
 
-def describe_free_motions(pair: PairEstimate) -> Iterator[str]:
-    """The motions that a pair leaves free, and other poses of it as good."""
+def describe_ambiguity(pair: PairEstimate) -> Iterator[str]:
+    """The motions that a pair leaves free, other poses of it as good, how far the next is behind, what settled it."""
     if pair.freedoms:
         yield "Free: " + ", ".join(map(describe_freedom, pair.freedoms))
+    if pair.symmetries:
+        yield "Symmetric: " + "; ".join(map(describe_symmetry, pair.symmetries))
     if pair.alternatives and pair.T_target_source is not None:
         turns = [f"{_angle_between(pair.T_target_source, T):.0f}°" for T in pair.alternatives]
         yield f"As good when turned by {', '.join(turns)}"
+    if pair.margin is not None:
+        yield f"The next candidate explains the views worse by {number(pair.margin)} standard deviations"
+    if pair.start == BY_STEP:
+        yield "Placed by the user's step"
 
 
 def list_starts(pair: PairEstimate) -> Iterator[tuple[Candidate, str]]:
@@ -123,6 +142,23 @@ def observable_error(pair: PairEstimate) -> float | None:
     """The pair's rotation error with its free motions granted; None where that is the raw one or unknown."""
     raw, granted = pair.errors.rotation_error_deg, pair.errors.rotation_error_deg_observable
     return None if raw is None or granted is None or abs(raw - granted) < SAME else granted
+
+
+def write_clause(note: str) -> str:
+    """A sentence without its full stop."""
+    return note.rstrip(".")
+
+
+def _known_too_badly(estimate: ViewEstimate, pair: PairEstimate | None) -> str | None:
+    """How far off an ambiguous view may be whose pair leaves nothing open; None for all others."""
+    if estimate.status != Status.AMBIGUOUS or (pair is not None and leaves_open(pair)):
+        return None
+    for known in (estimate, pair):
+        if known is not None and known.status == Status.AMBIGUOUS:
+            degrees, metres = known.rotation_bound_deg, known.center_bound_m
+            if degrees is not None and metres is not None:
+                return f"known only {describe_bounds(degrees, metres)}"
+    return None
 
 
 def _level(estimate: ViewEstimate) -> rr.TextLogLevel:

@@ -25,6 +25,7 @@ def lay_out(
     is_colored: bool = False,
     view_colors: Mapping[int, entities.Color] | None = None,
     shading: Shading | None = None,
+    has_bounds: bool = False,
     has_turntable: bool = False,
     has_mesh: bool = False,
     categories: Sequence[str] = (),
@@ -52,6 +53,7 @@ def lay_out(
     matched = set(methods) != {"icp"}
     curves = [
         *([_errors()] if has_truth else []),
+        *([_bounds(methods)] if has_bounds else []),
         _evidence("Evidence", ("overlap", "rmse_m", "violations", "unseen", "misfit", "confidence")),
         _evidence("Funnel", FUNNEL if matched else ("points", "overlap")),
         _evidence("Support", _support(methods)),
@@ -125,6 +127,17 @@ def _errors() -> rrb.Grid:
         plots.append(_curves(f"/errors/{shown}", heading, legend))
         plots.append(_curves(f"/errors_log10/{quantity}", title))
     return rrb.Grid(*plots, grid_columns=2, name="Errors")
+
+
+def _bounds(methods: Sequence[Method]) -> rrb.Grid:
+    """Errors, where they are known, and within what they should be: of the methods that tell."""
+    shown = [method for method in methods if method in (Method.PAIRWISE, Method.REFINED)]
+    plots: list[Any] = []
+    for quantity, (title, logarithm, *_) in entities.BOUNDS.items():
+        for kind, heading in (("", title), ("_log10", logarithm)):
+            contents = [f"/{name}{kind}/{quantity}/{method}" for name in ("errors", "bounds") for method in shown]
+            plots.append(_curves("/", heading, HIDDEN if plots else rrb.Corner2D.LeftTop, contents))
+    return rrb.Grid(*plots, grid_columns=2, name="Bounds")
 
 
 def _evidence(name: str, shown: Sequence[str]) -> rrb.Grid:

@@ -15,7 +15,14 @@ from orbitscan.processing.results.estimates import MethodResult
 from orbitscan.processing.results.records import SessionResult, ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status
 from orbitscan.processing.review import entities
-from orbitscan.processing.review.curves import Curves, error_values, evidence_values, timing_values, turntable_values
+from orbitscan.processing.review.curves import (
+    Curves,
+    bound_values,
+    error_values,
+    evidence_values,
+    timing_values,
+    turntable_values,
+)
 from orbitscan.processing.review.session import classification, findings, marks, summary, tables
 from orbitscan.processing.review.session.layout import lay_out
 from orbitscan.processing.review.session.scene import Scene
@@ -180,6 +187,7 @@ class SessionReview:
     def _complete_curves(self, result: SessionResult, stamps_ns: Mapping[int, int]) -> None:
         for method, found in result.reconstruction.items():
             self._curves.complete({v.view: error_values(method, v.errors) for v in found.views}, stamps_ns)
+            self._curves.complete({v.view: bound_values(method, v) for v in found.views}, stamps_ns)
             pairs = found.speaking.items()
             self._curves.complete({view: evidence_values(method, pair) for view, pair in pairs}, stamps_ns)
         if self._joint:
@@ -215,6 +223,7 @@ class SessionReview:
             is_colored=self._is_colored,
             view_colors={view: entities.view_color(view, self._info.views) for view in drawn},
             shading=shading,
+            has_bounds=any(v.rotation_bound_deg for found in result.reconstruction.values() for v in found.views),
             has_turntable=result.turntable is not None,
             has_mesh=result.model is not None and result.model.mesh is not None,
             categories=classification.shown_categories(shown, self._info.category) if shown else (),

@@ -9,8 +9,10 @@ from orbitscan.processing.results.edges import left_out
 from orbitscan.processing.results.estimates import MethodResult, ViewEstimate
 from orbitscan.processing.results.records import Coverage, SessionResult, Turntable
 from orbitscan.processing.results.status import Method, Status
+from orbitscan.processing.review.ambiguity import find_freedoms, find_symmetries, list_ambiguous, list_settled
 from orbitscan.processing.review.markdown import (
     describe_freedom,
+    describe_symmetry,
     enumerate_some,
     enumerate_views,
     in_mm,
@@ -20,7 +22,7 @@ from orbitscan.processing.review.markdown import (
     plural,
 )
 from orbitscan.processing.review.session.classification import describe_classification
-from orbitscan.processing.review.session.findings import explain
+from orbitscan.processing.review.session.findings import explain, write_clause
 from orbitscan.processing.review.session.tables import tabulate_methods
 
 SHOWN_FAILURES = 10
@@ -78,8 +80,13 @@ def summarize(result: SessionResult, methods: Sequence[Method]) -> str:
     if result.coverage is not None:
         lines += [describe_coverage(result.coverage, result.turntable is not None), ""]
     step_was_given = result.settings.get("pair", {}).get("step_deg") is not None
-    if free := describe_freedoms(found, step_was_given):
-        lines += [free, ""]
+    for told in (describe_freedoms, describe_symmetries):
+        if text := told(found, step_was_given):
+            lines += [text, ""]
+    if settled := list_settled(found):
+        lines += [f"**By the user's step:** {plural(len(settled), 'view')} {enumerate_views(settled)}.", ""]
+    if notes := _list_notes(found):
+        lines += [*(f"- {note}" for note in notes), ""]
     if best == "refined" and (dropped := len(left_out(found))):
         lines += [f"{dropped} of {len(found.pairs)} pairs are left out of the graph: see the log.", ""]
     lines.append(f"{LEGEND} {GRAPH_LEGEND}" if best == "refined" else LEGEND)
@@ -121,15 +128,11 @@ def describe_coverage(coverage: Coverage, on_turntable: bool) -> str:
 
 def describe_freedoms(found: MethodResult, step_was_given: bool) -> str:
     """Which motions nothing determines, in which views, and what helps; empty where all are determined."""
-    ambiguous = [view.view for view in found.views if view.status == Status.AMBIGUOUS]
-    free, frame = found.freedoms, " in the first view's frame"
-    if ambiguous and not free:  # a method without a graph knows those of its pairs
-        pairs = found.speaking
-        free, frame = next((pairs[v].freedoms for v in ambiguous if v in pairs and pairs[v].freedoms), ()), ""
+    free, in_first = find_freedoms(found)
     if not free:
         return ""
-    text = f"**Cannot be told{frame}:** {enumerate_some([*map(describe_freedom, free)], SHOWN_FREEDOMS)}"
-    text += f" ({plural(len(ambiguous), 'view')} {enumerate_views(ambiguous)}). " if ambiguous else ". "
+    text = f"**Cannot be told{_frame(in_first)}:** {enumerate_some([*map(describe_freedom, free)], SHOWN_FREEDOMS)}"
+    text += f"{_name_views(list_ambiguous(found))}. "
     if any(freedom.kind == "turn" for freedom in free):
         text += "The object looks the same all round; "
         if step_was_given:
@@ -139,6 +142,36 @@ def describe_freedoms(found: MethodResult, step_was_given: bool) -> str:
     if any(freedom.kind == "shift" for freedom in free):
         text += "The surface slides along itself; views that see an edge or an end of it would tell. "
     return text + "All else about these views is determined."
+
+
+def describe_symmetries(found: MethodResult, step_was_given: bool) -> str:
+    """Which turns change nothing, in which views that leaves poses open, and what helps; empty where there are none."""
+    symmetries, in_first = find_symmetries(found)
+    if not symmetries:
+        return ""
+    ambiguous = list_ambiguous(found)
+    text = f"**Symmetric{_frame(in_first)}:** {enumerate_some([*map(describe_symmetry, symmetries)], SHOWN_FREEDOMS)}"
+    text += f"{_name_views(ambiguous)}."
+    if ambiguous and not step_was_given:
+        text += " `orbitscan process --step-deg N` uses your knowledge of the turntable's step."
+    return text
+
+
+def _list_notes(found: MethodResult) -> list[str]:
+    """What else is to be said of views that are ok, those of one note together."""
+    noted: defaultdict[str, list[int]] = defaultdict(list)
+    for view in found.views:
+        if view.status == Status.OK and view.note:
+            noted[view.note].append(view.view)
+    return [f"{plural(len(v), 'view')} {enumerate_views(v)}: {write_clause(note)}." for note, v in noted.items()]
+
+
+def _frame(in_first: bool) -> str:
+    return " in the first view's frame" if in_first else ""
+
+
+def _name_views(views: Sequence[int]) -> str:
+    return f" ({plural(len(views), 'view')} {enumerate_views(views)})" if views else ""
 
 
 def _worst_first(found: MethodResult) -> list[ViewEstimate]:

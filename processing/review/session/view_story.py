@@ -10,7 +10,7 @@ from orbitscan.processing.results.classification import ViewClassification
 from orbitscan.processing.results.estimates import PairEstimate, ViewEstimate, speaking_pairs
 from orbitscan.processing.results.records import ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status
-from orbitscan.processing.review.markdown import count, in_mm, name_view, number, percent, write_table
+from orbitscan.processing.review.markdown import count, describe_bounds, in_mm, name_view, number, percent, write_table
 from orbitscan.processing.review.session import findings
 from orbitscan.processing.review.session.classification import describe_view
 
@@ -87,18 +87,22 @@ def _conclude(
         return
     best, *lesser = methods
     estimate, pair = estimates[best], placing[best]
-    text = f"**{best}: {findings.describe_status(estimate.status)}{'; not placed' if estimate.T_0_i is None else ''}.**"
+    status = findings.describe_status(estimate, pair)
+    text = f"**{best}: {status}{'; not placed' if estimate.T_0_i is None else ''}.**"
+    if estimate.note:
+        text += f" {findings.write_clause(estimate.note)}."
+    degrees, metres = estimate.rotation_bound_deg, estimate.center_bound_m
+    if estimate.status == Status.OK and pair is not None and degrees is not None and metres is not None:
+        text += f" Known {describe_bounds(degrees, metres)}."
     if pair is not None:
         text += f" Against view {pair.target}, confidence {number(pair.confidence)}."
-        text += "".join(f" {sentence}." for sentence in findings.describe_free_motions(pair))
+        text += "".join(f" {sentence}." for sentence in findings.describe_ambiguity(pair))
     elif estimate.T_0_i is not None and np.allclose(estimate.T_0_i, np.eye(4), atol=1e-9):
         text += " All others are placed in its frame."
     yield from ("", text)
     if lesser:
-        yield from (
-            "",
-            f"The others: {'; '.join(f'{m} {findings.describe_status(estimates[m].status)}' for m in lesser)}.",
-        )
+        said = [f"{m} {findings.describe_status(estimates[m], placing[m])}" for m in lesser]
+        yield from ("", f"The others: {'; '.join(said)}.")
 
 
 def _funnel(methods: Sequence[Method], placing: Mapping[Method, PairEstimate | None]) -> list[str]:

@@ -190,6 +190,7 @@ def test_first_poses_follow_the_most_confident_edges():
     T_0 = ring(np.random.default_rng(0), 3)
     sure = measure(T_0, [(1, 0), (2, 1)])
     doubtful = replace(edge(2, 0, random_pose(np.random.default_rng(1))), confidence=0.1)
+    sure, doubtful = [Edge.of(e) for e in sure], Edge.of(doubtful)
     found, tree = place([doubtful, *sure], 0, [0] * (len(sure) + 1))
     assert all(np.allclose(found[view], T_0[view]) for view in range(3))
     assert tree == [1, 2]
@@ -200,6 +201,7 @@ def test_first_poses_follow_free_edges_only_where_there_are_no_others():
     T_0 = ring(np.random.default_rng(0), 4)
     free = [replace(free_turn(T_0, *pair), confidence=0.99) for pair in ((1, 0), (2, 1), (3, 2))]
     firm = measure(T_0, [(2, 0), (2, 1)])
+    free, firm = [Edge.of(e) for e in free], [Edge.of(e) for e in firm]
     found, tree = place([*free, *firm], 0, [0] * (len(free) + len(firm)))
     assert tree == [3, 4, 2]
     assert all(np.allclose(found[view], T_0[view]) for view in range(3))

@@ -87,7 +87,7 @@ def test_a_view_is_attached_to_the_first_target_that_it_fits_else_to_the_likelie
     ):
         tried = []
 
-        def register(target, statuses=statuses, confidences=confidences, tried=tried):
+        def register(target, hints, statuses=statuses, confidences=confidences, tried=tried):
             number = target.surface.view
             tried.append(number)
             return replace(pair(2, number, np.eye(4), statuses[number]), confidence=confidences[number])

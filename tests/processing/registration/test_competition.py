@@ -236,11 +236,19 @@ def test_a_known_step_settles_a_bottles_turn(step_deg):
         assert np.linalg.eigvalsh(pair.information).min() > 0
 
 
-def test_a_known_step_changes_nothing_where_the_views_tell_it(scene, found):
+def test_a_known_step_changes_nothing_where_the_views_agree_with_it(scene, found):
     target, source, _ = scene.views
     alone, told = (
         register_competing(scene.pair(source, target, replace(HOW, step_deg=step_deg)), found, None)
-        for step_deg in (None, 77.0)
+        for step_deg in (None, 30.0)
     )
     assert (alone.T_target_source == told.T_target_source).all()
-    assert told.status == "ok"
+    assert alone.status == told.status == "ok"
+    assert told.start != "step"
+
+
+@pytest.mark.parametrize("step_deg", [77.0, -30.0])
+def test_views_that_decide_against_a_known_step_are_inconsistent(scene, found, step_deg):
+    target, source, _ = scene.views
+    pair = register_competing(scene.pair(source, target, replace(HOW, step_deg=step_deg)), found, None)
+    assert pair.status == "inconsistent"

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.registration.ambiguity import as_good
 from orbitscan.processing.registration.verification import (
     Verification,
     VerificationSettings,
@@ -135,13 +134,6 @@ def test_where_views_nearly_slide_a_little_contradiction_is_enough():
     doubtful = replace(GOOD, violations=0.6 * HOW.strict_violations, unseen=0.6 * HOW.strict_violations)
     assert status_of(doubtful, HOW) == "ok"
     assert status_of(doubtful, HOW, nearly_slides=True) == "inconsistent"
-
-
-def test_another_pose_is_as_good_only_if_it_fits_as_closely():
-    assert as_good(GOOD, GOOD, HOW)
-    assert as_good(replace(GOOD, score=0.99 * GOOD.score), GOOD, HOW)
-    assert not as_good(replace(GOOD, score=0.9 * GOOD.score), GOOD, HOW)
-    assert not as_good(replace(GOOD, misfit=1.2 * GOOD.misfit), GOOD, HOW)
 
 
 def test_distance_is_one_where_poses_just_count_as_distinct(scene):

@@ -1,5 +1,6 @@
 """A results folder reads back as what was written, and what is none is told in a sentence."""
 
+import csv
 import json
 import math
 from dataclasses import asdict, replace
@@ -14,10 +15,10 @@ from orbitscan.processing.results.key import read_key
 from orbitscan.processing.results.records import Coverage, Gap
 from orbitscan.processing.results.status import Method
 from orbitscan.recorder.exceptions import UnreadableRecording
-from tests.processing.review.made_results import make_results, true_poses
+from tests.processing.review.made_results import BOUND_DEG, BOUND_M, FAILED, make_results, true_poses
 
 KEY = {"orbitscan": "0", "input_sha256": "ab", "views": "all"}
-LEFT_OUT = {"information", "center"}  # of a pair: results.json does not hold them
+LEFT_OUT = {"information", "center", "covariance"}  # of a pair: results.json does not hold them
 
 
 def plain(record):
@@ -57,9 +58,18 @@ def test_what_is_read_is_what_was_written(written):
 def test_errors_stand_beside_what_they_are_of(written):
     view = json.loads((written[0] / "results.json").read_text())["reconstruction"]["refined"]["views"][1]
     assert set(view) == {
-        "view", "status", "T_0_i", "pair",
+        "view", "status", "T_0_i", "pair", "rotation_bound_deg", "center_bound_m", "note",
         "translation_error_m", "rotation_error_chordal", "rotation_error_deg", "center_error_m",
     }  # fmt: skip
+
+
+def test_bounds_stand_at_the_end_of_the_errors(written):
+    with (written[0] / "errors.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert list(rows[0])[-3:] == ["center_error_m", "rotation_bound_deg", "center_bound_m"]
+    bounds = {row["view"]: (row["rotation_bound_deg"], row["center_bound_m"]) for row in rows[-5:]}
+    assert bounds["1"] == (str(BOUND_DEG), str(BOUND_M))
+    assert bounds[str(FAILED)] == ("", "")  # nobody can tell
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.integers(0, 10**6))

@@ -36,6 +36,7 @@ DRIFT = {"icp": 1e-2, "ransac_icp": 1e-3, "pairwise": 1e-4, "refined": 1e-5}  # 
 STREAMED = METHODS[:3]  # `refined` is known at the end only
 AXIS = np.array([0.0, -np.cos(np.radians(30)), -np.sin(np.radians(30))])  # of the turn, in frame {0}
 CENTER = np.array([0.0, 0.0, 0.6])
+BOUND_DEG, BOUND_M = 0.1, 2e-4  # of a view by `refined` for each view before it
 Results = tuple[list[ViewResult], SessionResult]
 
 
@@ -155,6 +156,12 @@ def _make_graph(results: list[ViewResult], truth: dict[int, np.ndarray], with_tr
     odd = {FAILED: Status.AMBIGUOUS, EMPTY: Status.TOO_FEW_POINTS}
     statuses = {result.view: odd.get(result.view, Status.OK) for result in results}
     views = tuple(_make_estimate(i, "refined", status, truth, with_truth, True) for i, status in statuses.items())
+    views = tuple(
+        replace(view, rotation_bound_deg=BOUND_DEG * view.view, center_bound_m=BOUND_M * view.view)
+        if view.status == Status.OK
+        else view
+        for view in views
+    )
     T_0 = {view.view: view.T_0_i for view in views}
     turn = Freedom("turn", AXIS, CENTER)
     quarter = poses.from_quaternion(np.zeros(3), [0, 0, np.sqrt(0.5), np.sqrt(0.5)], "")

@@ -3,8 +3,9 @@
 import pytest
 from rerun.chunk import RrdReader
 
-from orbitscan.processing.results.status import METHODS
+from orbitscan.processing.results.status import METHODS, Method
 from orbitscan.processing.review import entities
+from tests.processing.review.made_results import BOUND_DEG, BOUND_M, FAILED, write_review
 from tests.processing.review.recordings import read_rows
 
 ERROR_FIELDS = {
@@ -33,6 +34,25 @@ def test_logarithms_are_of_millimetres_and_leave_the_origin_out(reviewed):
     curve = read_rows(path, "/errors_log10/**", "Scalars:scalars")["/errors_log10/translation_mm/icp"]
     assert sorted(curve) == [1, 2, 3]
     assert curve[1][0] == pytest.approx(1.0)  # 10 mm
+
+
+def test_bounds_stand_beside_the_errors_in_a_lighter_colour(reviewed):
+    bounds = read_rows(reviewed[0], "/bounds/**", "Scalars:scalars")
+    assert bounds == {
+        "/bounds/rotation_deg/refined": {view: [BOUND_DEG * view] for view in range(FAILED)},
+        "/bounds/center_m/refined": {view: [BOUND_M * view] for view in range(FAILED)},
+        "/bounds/center_mm/refined": {view: [1e3 * BOUND_M * view] for view in range(FAILED)},
+    }
+    logarithms = read_rows(reviewed[0], "/bounds_log10/**", "Scalars:scalars")
+    assert logarithms["/bounds_log10/rotation_deg/refined"] == {1: [pytest.approx(-1)], 2: [pytest.approx(-0.69897)]}
+    color, name, _ = entities.curve_style("/bounds/center_mm/refined")
+    assert name == "refined, 95 % bound"
+    assert all(light > plain for light, plain in zip(color, Method.REFINED.color, strict=True))
+
+
+def test_without_truth_there_are_bounds(tmp_path):
+    write_review(tmp_path / "review.rrd", with_truth=False)
+    assert "/bounds/rotation_deg/refined" in read_rows(tmp_path / "review.rrd", "/bounds/**", "Scalars:scalars")
 
 
 def test_evidence_and_timing_are_there(reviewed):

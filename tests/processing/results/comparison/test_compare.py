@@ -84,6 +84,24 @@ def test_floors_are_alike_in_both_directions(pair):
     assert [e.floor for e in there.errors.values()] == pytest.approx([e.floor for e in back.errors.values()])
 
 
+def test_a_pose_is_worse_only_beyond_both_bounds(pair, tmp_path):
+    copy(pair[0], tmp_path / "a")
+    folders = tmp_path / "a", pair[1]
+
+    def bound(results, metres):
+        for view in results["reconstruction"]["refined"]["views"]:
+            view.update(rotation_bound_deg=2.0, center_bound_m=metres)
+
+    for folder in folders:
+        change(folder, lambda results: bound(results, 0.01))
+    for metres, verdict in ((0.015, "same"), (0.01, "worse")):  # in all 25 mm, farther than 20 mm
+        change(folders[1], lambda results, m=metres: shift(results, 2, m))
+        found = of_view(compare(folders), 2)
+        assert (found.floor_m, found.verdict) == (pytest.approx(0.02), verdict)
+    change(folders[1], lambda results: bound(results, None))
+    assert of_view(compare(folders), 2).floor_m < 0.02  # where one does not tell, the overlap does
+
+
 def test_the_floor_is_what_other_noise_moves_the_poses_by(done, tmp_path):
     """Five scans of one object, each with other noise: errors differ by chance, at most once in twenty beyond it."""
     for seed in range(5):

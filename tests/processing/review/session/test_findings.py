@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.results.edges import count_edges, left_out
-from orbitscan.processing.results.estimates import Candidate, ViewEstimate
+from orbitscan.processing.results.estimates import Candidate, Symmetry, ViewEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.processing.review.session.findings import describe_starts, explain, list_joint_findings
 from orbitscan.recorder import poses
@@ -39,6 +39,25 @@ def test_alternatives_are_named_by_their_turn():
     half_turn = poses.from_quaternion(np.zeros(3), [0, 1, 0, 0], "")
     pair = replace(make_pair(1, 0, Status.AMBIGUOUS, True, 2000), alternatives=(half_turn,))
     assert "As good when turned by 180°" in explain(ViewEstimate(1, Status.AMBIGUOUS, np.eye(4)), pair)
+
+
+def test_an_ambiguous_view_that_leaves_nothing_open_is_known_too_badly():
+    pair = replace(make_pair(1, 0, Status.AMBIGUOUS, True, 2000), rotation_bound_deg=7.2, center_bound_m=0.003)
+    view = ViewEstimate(1, Status.AMBIGUOUS, np.eye(4))
+    assert explain(view, pair).startswith("ambiguous: known only within 7.2° and 3 mm (95 %). Against view 0")
+    worse = replace(view, rotation_bound_deg=12.0, center_bound_m=0.004)  # over a chain of pairs
+    assert "known only within 12° and 4 mm" in explain(worse, replace(pair, status=Status.OK))
+    hexagon = Symmetry(np.array([0.0, -0.87, -0.5]), np.zeros(3), 6)
+    open_ = explain(view, replace(pair, symmetries=(hexagon,)))
+    assert "known only" not in open_
+    assert "Symmetric: 6-fold about (0.00, -0.87, -0.50): turned by any multiple of 60° it looks the same" in open_
+
+
+def test_notes_and_margins_are_told():
+    pair = replace(make_pair(1, 0, Status.AMBIGUOUS, True, 2000), margin=31.0)
+    text = explain(ViewEstimate(1, Status.AMBIGUOUS, np.eye(4), note="The step does not fit."), pair)
+    assert ". The step does not fit. Against view 0" in text
+    assert "The next candidate explains the views worse by 31 standard deviations" in text
 
 
 def test_starts_of_one_fate_are_told_together():

@@ -30,6 +30,7 @@ def test_viewer_draws_everything(with_truth, tmp_path):
         assert viewer.find_reports(client) == []
     assert {"refined, by view", "icp", "Graph", "Slip: its turn off a multiple of the step [deg]"} <= names
     assert {"Summary", "View", "Log"} <= names
+    assert {"Turn: error and 95 % bound [deg]", "Centre: error and 95 % bound [mm]"} <= names
     assert ("Translation error [mm]" in names) == with_truth
     assert ("by error" in names, "by confidence" in names) == (with_truth, not with_truth)
 

@@ -16,7 +16,8 @@ from tests.processing.review.recordings import contrast
 def views_off_by(*errors_m):
     """Views with these errors of the object's centre; None where it is unknown."""
     return tuple(
-        ViewEstimate(i, Status.OK, np.eye(4), ViewErrors(center_error_m=error)) for i, error in enumerate(errors_m)
+        ViewEstimate(i, Status.OK, np.eye(4), errors=ViewErrors(center_error_m=error))
+        for i, error in enumerate(errors_m)
     )
 
 

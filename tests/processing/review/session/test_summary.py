@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from orbitscan.processing.reconstruction.coverage import Coverage, find_gaps
+from orbitscan.processing.results.estimates import Symmetry
 from orbitscan.processing.review.session import summary
-from tests.processing.review.made_results import FAILED
+from tests.processing.review.made_results import AXIS, CENTER, FAILED
 from tests.processing.review.recordings import read_rows
 
 
@@ -29,6 +30,37 @@ def test_the_remedy_is_not_named_again_where_it_was_used(reviewed):
     assert "does not fit these views" in summary.describe_freedoms(found, step_was_given=True)
     held = replace(found, views=found.views[:FAILED], freedoms=())  # by other pairs: that one is free tells nothing
     assert summary.describe_freedoms(held, step_was_given=False) == ""
+
+
+def test_bounds_of_ok_views_are_in_the_table_and_unchallenged_methods_have_a_dagger(reviewed):
+    words = read_rows(reviewed[0], "/summary", "TextDocument:text")["/summary"][-1][0]
+    assert "| 0.15, 0.2 | 0.3, 0.4 |" in words  # median and largest of views 1 and 2
+    assert "Within: the 95 % bounds of the ok views, median and largest." in words
+    assert "| icp | 2 of 5 † |" in words
+    assert "| refined | 2 of 5 |" in words
+    assert "† unchecked against other poses" in words
+
+
+def test_symmetries_the_step_and_notes_are_told(reviewed):
+    session = reviewed[1][1]
+    found = session.reconstruction["refined"]
+    hexagon = Symmetry(AXIS, CENTER, 6)
+    symmetric = replace(found, freedoms=(), symmetries=(hexagon,))
+    text = summary.describe_symmetries(symmetric, step_was_given=False)
+    assert text.startswith("**Symmetric in the first view's frame:** 6-fold about (0.00, -0.87, -0.50): turned by any")
+    assert "(view 3). `orbitscan process --step-deg N`" in text
+    assert "--step-deg" not in summary.describe_symmetries(symmetric, step_was_given=True)
+    pairs = tuple(replace(p, freedoms=(), symmetries=(hexagon,)) if p.source == FAILED else p for p in found.pairs)
+    of_pair = replace(found, freedoms=(), pairs=pairs)  # a method without a graph knows those of its pairs
+    assert summary.describe_symmetries(of_pair, step_was_given=False).startswith("**Symmetric:** 6-fold about")
+    settled = replace(
+        found,
+        views=tuple(replace(view, note="Looked at twice.") if view.view < 2 else view for view in found.views),
+        pairs=tuple(replace(pair, start="step") if pair.target == pair.source - 1 else pair for pair in found.pairs),
+    )
+    words = summary.summarize(replace(session, reconstruction={"refined": settled}), ["refined"])
+    assert "**By the user's step:** views 1, 2, 3." in words
+    assert "- views 0, 1: Looked at twice." in words
 
 
 def test_the_azimuths_that_no_view_covers_are_in_words(reviewed):

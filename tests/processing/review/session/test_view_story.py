@@ -67,13 +67,23 @@ def test_errors_have_their_units():
     errors = ViewErrors(0.012, 0.5, 20.4, 0.003)
     pair = failed_pair(errors=PairErrors(30.0, 0.01, 0.25, 0.001))
     estimates = {
-        "icp": ViewEstimate(17, Status.OK, np.eye(4), errors),
+        "icp": ViewEstimate(17, Status.OK, np.eye(4), errors=errors),
         "pairwise": ViewEstimate(17, Status.OK, np.eye(4)),
     }
     story = tell(SEEN, estimates, {"icp": [pair]}, finished=True)
     errors_at = story[story.index("### Errors") :]
     assert row_of(errors_at, "by")[1:5] == ["translation [mm]", "chordal [0 to 2.83]", "angle [deg]", "centre [mm]"]
     assert row_of(errors_at, "icp")[1:] == ["12", "0.5", "20.4", "3", "30", "0.25"]
+
+
+def test_how_well_a_view_is_known_and_its_note_are_told():
+    estimate = ViewEstimate(17, Status.OK, np.eye(4), 0.25, 0.002, "The rest of it.")
+    pair = replace(make_pair(17, 16, Status.OK, True, 2000), margin=31.4, start="step")
+    story = tell(SEEN, {"refined": estimate}, {"refined": [pair]}, finished=True)
+    assert "**refined: ok.** The rest of it. Known within 0.25° and 2 mm (95 %). Against view 16" in story
+    assert (
+        "The next candidate explains the views worse by 31.4 standard deviations. Placed by the user's step." in story
+    )
 
 
 def test_a_damaged_view_says_so():

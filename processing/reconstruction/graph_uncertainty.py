@@ -1,0 +1,88 @@
+"""How well the views of a graph are known: the covariances of its pairs, carried to its poses."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.sparse import coo_matrix, eye
+from scipy.sparse.linalg import splu
+
+from orbitscan.processing.results.estimates import PairEstimate
+from orbitscan.processing.results.uncertainty import Uncertainty
+from orbitscan.recorder import poses
+
+
+def measure_graph(
+    pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray], centers: Mapping[int, np.ndarray], origin: int
+) -> dict[int, Uncertainty]:
+    """Measure the covariance of every pose T_0_i about a centre (3,) of its own, in frame {0}.
+
+    All pairs have a covariance, and connect all views to the origin. What a pair is off comes from the noise of both of
+    its views, half from each; that of one view is alike in all its pairs, as far as these overlap with it.
+    """
+    number = {view: k for k, view in enumerate(view for view in T_0 if view != origin)}
+    size = 6 * len(number)
+    if not size:
+        return {}
+    rows, columns, values = [], [], []
+    pulls, ends = [], []
+    for pair in pairs:
+        J, W, root = _linearize(pair, T_0[pair.target])
+        H, pull = J.T @ W @ J, J.T @ W @ root
+        signed = [(number[view], sign) for view, sign in ((pair.source, 1), (pair.target, -1)) if view in number]
+        for k, sign in signed:
+            for m, other in signed:
+                i, j = np.mgrid[6 * k : 6 * k + 6, 6 * m : 6 * m + 6]
+                rows.append(i.ravel())
+                columns.append(j.ravel())
+                values.append((sign * other * H).ravel())
+        pulls.append(pull)
+        ends.append((number.get(pair.source), number.get(pair.target)))
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    H = coo_matrix(entries, shape=(size, size)).tocsc()
+    factor = splu(H + 1e-12 * H.diagonal().max() * eye(size, format="csc"))
+    found = {}
+    for view, k in number.items():
+        unit = np.zeros((size, 6))
+        unit[6 * k : 6 * k + 6] = np.eye(6)
+        Z = factor.solve(unit).reshape(-1, 6, 6)  # of each view: what its pull does to this one
+        effects = []
+        for (source, target), pull in zip(ends, pulls, strict=True):
+            effect = np.zeros((6, 6))
+            for end, sign in ((source, 1), (target, -1)):
+                if end is not None:
+                    effect += sign * Z[end].T @ pull
+            effects.append(effect)
+        covariance = _sum(pairs, effects)
+        x, y, z = centers[view]
+        J = np.eye(6)
+        J[3:, :3] = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+        found[view] = Uncertainty(J @ covariance @ J.T, centers[view])
+    return found
+
+
+def _linearize(pair: PairEstimate, T_0_target: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How a pair departs when its source moves about frame {0}'s origin (6, 6), its information, its error's root.
+
+    All in frame {0}, about the pair's centre."""
+    if pair.center is None or pair.information is None or pair.covariance is None:
+        raise ValueError(f"views {pair.source} and {pair.target}: nobody knows how well the pair is known")
+    x, y, z = poses.transform(T_0_target, pair.center[None])[0]
+    J = np.eye(6)
+    J[3:, :3] = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+    R = np.kron(np.eye(2), T_0_target[:3, :3])
+    spread, axes = np.linalg.eigh(R @ pair.covariance @ R.T)
+    return J, R @ pair.information @ R.T, axes * np.sqrt(np.maximum(spread, 0.0)) @ axes.T
+
+
+def _sum(pairs: Sequence[PairEstimate], effects: Sequence[np.ndarray]) -> np.ndarray:
+    """The covariance (6, 6) that the errors of pairs add up to, those of one view's noise together."""
+    covariance = np.zeros((6, 6))
+    shared: dict[int, np.ndarray] = {}
+    for pair, effect in zip(pairs, effects, strict=True):
+        overlap = pair.evidence.overlap or 0.0
+        covariance += (1 - overlap) * effect @ effect.T
+        for view, sign in ((pair.source, 1), (pair.target, -1)):
+            shared[view] = shared.get(view, np.zeros((6, 6))) + sign * np.sqrt(overlap / 2) * effect
+    for together in shared.values():
+        covariance += together @ together.T
+    return covariance

@@ -1,0 +1,105 @@
+"""The object registered with itself: turns that change nothing of what all views together show.
+
+Two views may not tell that an object repeats itself: neighbours of a box see nothing that is alike. All of them do.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from orbitscan.processing.reconstruction.pose_graph import viewing_direction
+from orbitscan.processing.registration.correspondences import make_target
+from orbitscan.processing.registration.covisibility import Explanation
+from orbitscan.processing.registration.pair import PairRegistration, PairSettings
+from orbitscan.processing.registration.prepared_view import PreparedView
+from orbitscan.processing.registration.surface_icp import align_coarsely
+from orbitscan.processing.registration.symmetry import join, name_turn
+from orbitscan.processing.results.estimates import Symmetry
+from orbitscan.processing.surface.preparation import Surfels
+from orbitscan.recorder import poses
+
+_SURFELS = 1500  # that stand for the whole object
+_ANGLES = 12  # of a whole turn that are tried about an axis
+_ALIKE = 0.5  # share of a view's surface that must lie on the view of the place where a turn brings it
+_TOLD = 0.5  # share of them for which there is a view of that place: a turn upside down brings them where none is
+_LOOKED_AT = 8  # views, spread over all, that must explain a turn
+_SAME_TURN = np.radians(3.0)  # two turns so near to each other are one
+_SAME_SIDE = 0.7  # cosine between two views' directions from which on they see the same side
+
+
+def find_self_symmetries(
+    views: Mapping[int, PreparedView],
+    T_0: Mapping[int, np.ndarray],
+    suspected: Sequence[np.ndarray],
+    usual: Explanation,
+    settings: PairSettings,
+) -> list[Symmetry]:
+    """Find the symmetries, in frame {0}, of what placed views show together; pairs tell of suspected turns (4, 4).
+
+    `usual` is how a pair that is right explains what both see: a turn must do so as well in each of the views that it
+    brings over another. Empty for fewer than three views.
+    """
+    if len(T_0) < 3:
+        return []
+    first = next(iter(views.values()))
+    w, diameter, how = first.scale.working, first.scale.diameter, settings.refinement
+    merged = _merge(views, T_0)
+    target = make_target(merged, how.coarse_gate * w)
+    center = merged.points.mean(axis=0)
+    axes = np.linalg.svd(merged.points - center, full_matrices=False)[2]
+    angles = 2 * np.pi * np.arange(1, _ANGLES) / _ANGLES
+    starts = np.array([poses.turn_about(axis, center, float(angle)) for axis in axes for angle in angles])
+    starts = np.concatenate([starts, np.array(suspected).reshape(-1, 4, 4)])
+    ends = align_coarsely(
+        merged, target, starts, how.coarse_gate * w, how.coarse_deviation * w, how.coarse_iterations, how.coarse_still
+    )
+    stands = _judge(views, T_0, usual, settings)
+    found: list[Symmetry] = []
+    for end in _keep_distinct(ends):
+        symmetry = name_turn(end, center, diameter * settings.judgement.distinct_shift, stands)
+        if isinstance(symmetry, Symmetry):
+            found = join(found, [symmetry], diameter)
+    return found
+
+
+def _keep_distinct(turns: np.ndarray) -> list[np.ndarray]:
+    """Those of the turns (B, 4, 4) that differ from all before them."""
+    kept: list[np.ndarray] = []
+    for turn in turns:
+        if all(poses.rotation_angle(turn[:3, :3].T @ other[:3, :3]) > _SAME_TURN for other in kept):
+            kept.append(turn)
+    return kept
+
+
+def _merge(views: Mapping[int, PreparedView], T_0: Mapping[int, np.ndarray]) -> Surfels:
+    parts = [views[view].coarse_surfels.thinned(max(50, _SURFELS // len(T_0))) for view in T_0]
+    placed = zip(parts, T_0.values(), strict=True)
+    points, normals = zip(*((poses.transform(T, s.points), poses.rotate(T, s.normals)) for s, T in placed), strict=True)
+    return Surfels(np.concatenate(points), np.concatenate(normals), np.concatenate([s.variances for s in parts]))
+
+
+def _judge(
+    views: Mapping[int, PreparedView], T_0: Mapping[int, np.ndarray], usual: Explanation, settings: PairSettings
+) -> Callable[[np.ndarray], float | None]:
+    """What tells by how many deviations a turn in frame {0} explains the views worse than usual (see `name_turn`)."""
+    directions = {}
+    for view, T in T_0.items():
+        surface = views[view].surface
+        directions[view] = viewing_direction(T, surface.surfels.points.mean(axis=0), surface.sensor_origin)
+    some = list(T_0)[:: max(1, len(T_0) // _LOOKED_AT)]
+
+    def worse_by(turn: np.ndarray) -> float | None:
+        worse = []
+        for view in some:
+            towards = turn[:3, :3] @ directions[view]
+            other = max(directions, key=lambda candidate: float(directions[candidate] @ towards))
+            if directions[other] @ towards < _SAME_SIDE:
+                continue
+            pair = PairRegistration(views[view], views[other], settings)
+            T = poses.invert(T_0[other]) @ turn @ T_0[view]
+            worse.append(pair.explain(T).worse_than(usual))
+            if worse[-1] > settings.covisibility.worse or pair.verify(T, coarse=True).overlap < _ALIKE:
+                return None
+        return float(np.mean(worse)) if len(worse) >= _TOLD * len(some) else np.nan
+
+    return worse_by

@@ -1,0 +1,106 @@
+"""How well a pose is known: its covariance, from how the residuals of an alignment scatter, patch by patch.
+
+Were residuals independent and their variances right, the inverse of the information were the covariance. Neither is so:
+neighbouring surfels share points, and sensors err alike in neighbouring pixels. So what the residuals of each patch
+pull at the pose is summed, and the scatter of these sums tells the covariance, whatever the noise is (the sandwich of
+White, A heteroskedasticity-consistent covariance matrix estimator, 1980, for clusters).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from orbitscan.processing.registration.correspondences import find_correspondences
+from orbitscan.processing.registration.normal_equations import Problem, normal_equations
+from orbitscan.processing.results.uncertainty import Uncertainty
+from orbitscan.recorder import poses
+
+_LEAST_PATCHES = 8  # that tell how patches scatter
+_LEAST_INFORMATION = 1e-4  # share of the mean: less of a motion is the noise of normals
+_LONGEST = 4.0  # steps, in the motion that is held most weakly
+
+
+def measure_uncertainty(
+    problem: Problem, T_target_source: np.ndarray, center: np.ndarray, patch: float, step: float
+) -> Uncertainty | None:
+    """Measure the covariance about a centre (3,) of a pose that solves a problem; None where too few surfels meet.
+
+    How the pull changes when the pose is moved by a step [m] either way tells how firmly it is held: surfels find
+    others then, so noise of normals is not taken for relief, nor what a gate cuts off for certainty. A patch [m] is
+    what residuals are alike in; those twice and four times as wide are looked at too, and the most is believed.
+    """
+    here = _pull(problem, T_target_source)
+    if len(here.places) < 6 * _LEAST_PATCHES:
+        return None
+    reach = float(np.sqrt(((here.places - center) ** 2).sum(axis=1).mean()))
+    units = np.repeat([1 / reach, 1.0], 3)
+
+    def change(direction: np.ndarray, size: float) -> np.ndarray:
+        """How the pull (6,) changes along a direction (6,), per metre, within so many metres [m] either way."""
+        moved = [_motion(sign * size * direction * units, center) @ T_target_source for sign in (1, -1)]
+        there, back = (normal_equations(problem, T, center)[1] * units for T in moved)
+        return (there - back) / (2 * size)
+
+    M = np.stack([change(unit, step) for unit in np.eye(6)], axis=1)
+    values, vectors = np.linalg.eigh((M + M.T) / 2)
+    usual = max(float(np.trace(M)) / 6, 1e-300)
+    for k, direction in enumerate(vectors.T):  # what is held weakly is told by longer steps only
+        longer = step * min(_LONGEST, 1 / np.sqrt(max(values[k] / usual, 1e-12)))
+        if longer > step:
+            values[k] = direction @ change(direction, longer)
+    inverse = vectors / np.maximum(values, _LEAST_INFORMATION * usual) @ vectors.T
+    pulls = here.each(center) * units
+    cells = here.places / patch
+    candidates = [
+        inverse @ scatter @ inverse for size in (1, 2, 4) if (scatter := _scatter(cells / size, pulls)) is not None
+    ]
+    if not candidates:
+        return None
+    covariance = max(candidates, key=np.trace)
+    return Uncertainty(covariance * units[:, None] * units, center)
+
+
+class _Pull(NamedTuple):
+    """What each corresponding surfel pulls at a pose: along which direction, how strongly, and where."""
+
+    places: np.ndarray  # (N, 3) in the target's frame
+    along: np.ndarray  # (N, 3) unit
+    strength: np.ndarray  # (N,)
+
+    def each(self, center: np.ndarray) -> np.ndarray:
+        """(N, 6) pulls at a turn about the centre and at a shift."""
+        pulls = np.hstack([np.cross(self.places - center, self.along), self.along])
+        return pulls * self.strength[:, None]
+
+
+def _pull(problem: Problem, T: np.ndarray) -> _Pull:
+    points, normals = poses.transform(T, problem.points), poses.rotate(T, problem.normals)
+    target = problem.target
+    found = find_correspondences(points, normals, target, problem.gate)
+    near = np.flatnonzero(found >= 0)
+    at = found[near]
+    offset = points[near] - target.grid.points[at]
+    along = normals[near] + target.normals[at]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    residual = np.einsum("ni,ni->n", offset, along)
+    kept = (offset**2).sum(axis=1) - residual**2 <= problem.slide**2
+    near, at, residual, along = near[kept], at[kept], residual[kept], along[kept]
+    variance = problem.variances[near] + target.variances[at]
+    weight = 1.0 / (1.0 + residual**2 / (problem.cutoff_squared * variance))
+    return _Pull(points[near], along, weight**2 / variance * residual)
+
+
+def _motion(x: np.ndarray, center: np.ndarray) -> np.ndarray:
+    R = Rotation.from_rotvec(x[:3]).as_matrix()
+    return poses.make(R, center + x[3:] - R @ center)
+
+
+def _scatter(cells: np.ndarray, pulls: np.ndarray) -> np.ndarray | None:
+    """The scatter (6, 6) of the sums of pulls (N, 6) over patches, by places (N, 3) in units of one."""
+    _, patch = np.unique(np.floor(cells).astype(np.int64), axis=0, return_inverse=True)
+    count = int(patch.max()) + 1
+    if count < _LEAST_PATCHES:
+        return None
+    sums = np.stack([np.bincount(patch.ravel(), pull, minlength=count) for pull in pulls.T], axis=1)
+    return sums.T @ sums * (count / (count - 1))

@@ -1,0 +1,47 @@
+"""What a method's views leave open: free motions, symmetries; and which poses the user's step settled."""
+
+from orbitscan.processing.results.estimates import Freedom, MethodResult, PairEstimate, Symmetry
+from orbitscan.processing.results.status import Status
+
+BY_STEP = "step"  # the start of a pair that the user's step settled
+
+
+def find_freedoms(found: MethodResult) -> tuple[tuple[Freedom, ...], bool]:
+    """The motions that nothing determines, and whether they are in frame {0}.
+
+    A method without a graph knows those of its pairs alone: they are the first ambiguous view's, in its target's frame.
+    """
+    if found.freedoms:
+        return found.freedoms, True
+    return next((pair.freedoms for pair in _ambiguous_pairs(found) if pair.freedoms), ()), False
+
+
+def find_symmetries(found: MethodResult) -> tuple[tuple[Symmetry, ...], bool]:
+    """The turns that change nothing, and whether they are in frame {0}; as `find_freedoms`."""
+    if found.symmetries:
+        return found.symmetries, True
+    return next((pair.symmetries for pair in _ambiguous_pairs(found) if pair.symmetries), ()), False
+
+
+def list_ambiguous(found: MethodResult) -> list[int]:
+    """The views that are ambiguous."""
+    return [view.view for view in found.views if view.status == Status.AMBIGUOUS]
+
+
+def leaves_open(pair: PairEstimate) -> bool:
+    """Whether other poses explain a pair's views as well."""
+    return bool(pair.freedoms or pair.symmetries or pair.alternatives)
+
+
+def is_open(found: MethodResult) -> bool:
+    """Whether other poses explain any of the views as well."""
+    return bool(found.freedoms or found.symmetries) or any(map(leaves_open, _ambiguous_pairs(found)))
+
+
+def list_settled(found: MethodResult) -> list[int]:
+    """The views whose pair the user's step settled."""
+    return [view for view, pair in found.speaking.items() if pair.start == BY_STEP]
+
+
+def _ambiguous_pairs(found: MethodResult) -> list[PairEstimate]:
+    return [found.speaking[view] for view in list_ambiguous(found) if view in found.speaking]

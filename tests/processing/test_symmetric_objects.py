@@ -1,0 +1,67 @@
+"""What repeats itself is never called right: whole sessions of solids, each with a wrong pose that overlaps more."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orbitscan.processing.pipeline import process
+from orbitscan.processing.pose_errors import with_errors
+from orbitscan.processing.results.status import WRONG_DEG
+from orbitscan.processing.settings import Settings
+from orbitscan.recorder.simulation.camera import simulate
+from tests.benchmarks.solids import SOLIDS
+
+
+def run(tmp_path, name, views, used, step_deg=None, noise=1.0):
+    """Both our methods on the first views of a solid's turn, with errors."""
+    session = simulate(SOLIDS[name].write(tmp_path), views=views, noise_mm=noise)
+    settings = Settings()
+    settings = replace(settings, pair=replace(settings.pair, step_deg=step_deg))
+    stream = process(session.views(f"0:{used}"), session.info, settings, ("pairwise", "refined"))
+    *_, result = with_errors(stream, session.truth())
+    return session, result.reconstruction
+
+
+@pytest.mark.parametrize(("name", "views"), [("prism06", 8), ("prism03", 6), ("gear12", 18), ("flute12", 18)])
+def test_no_view_is_ok_and_the_truth_is_among_what_a_pair_names(tmp_path, name, views):
+    """At these steps the pose that overlaps most is a wrong one: a prism's 15 degrees back for 45 forth."""
+    session, found = run(tmp_path, name, views, 3)
+    for method in found.values():
+        assert [view.status for view in method.views[1:]] == ["ambiguous"] * 2
+        assert all(pair.errors.rotation_error_deg_observable < WRONG_DEG for pair in method.pairs)
+    up = session.truth()[0][:3, :3].T @ [0, 0, 1.0]
+    named = [s for pair in found["refined"].pairs for s in pair.symmetries if s.order == SOLIDS[name].order]
+    assert named
+    assert max(abs(symmetry.axis @ up) for symmetry in named) > np.cos(np.radians(2))
+
+
+def test_a_cartons_sides_are_alike(tmp_path):
+    """Three views 60 degrees apart lie on each other best at 30 degrees back."""
+    _, found = run(tmp_path, "carton", 6, 3)
+    for method in found.values():
+        assert "ok" not in [view.status for view in method.views[1:]]
+
+
+def test_the_users_step_chooses_among_what_the_views_leave_open(tmp_path):
+    _, found = run(tmp_path, "prism06", 8, 3, step_deg=45)
+    for method in found.values():
+        assert [view.status for view in method.views] == ["ok"] * 3
+        assert all(pair.start == "step" for pair in method.pairs if pair.source - pair.target == 1)
+        assert max(view.errors.rotation_error_deg for view in method.views) < 1
+
+
+@pytest.mark.parametrize("step_deg", [-45.0, 30.0])
+def test_a_step_that_the_views_decide_against_makes_no_view_ok(tmp_path, step_deg):
+    _, found = run(tmp_path, "prism06", 8, 2, step_deg=step_deg)
+    assert found["pairwise"].views[1].status == "inconsistent"
+    assert "step" in found["pairwise"].pairs[0].note
+    assert found["refined"].views[1].status != "ok"
+
+
+def test_what_all_views_show_together_is_named_where_no_two_tell(tmp_path):
+    """Neighbouring views of a box share nothing that is alike; all of them show that it looks the same from behind."""
+    _, found = run(tmp_path, "box", 8, 8)
+    assert 2 in [symmetry.order for symmetry in found["refined"].symmetries]
+    for method in found.values():
+        assert "ok" not in [view.status for view in method.views[1:]]
