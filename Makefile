@@ -5,7 +5,7 @@ ifeq ($(OS),Windows_NT)
 BIN := .venv/Scripts
 endif
 
-.PHONY: demo test lint bench bench-quick bench-memory faults fuzz model picture clean
+.PHONY: demo test lint bench bench-quick bench-memory bench-symmetry faults fuzz model picture clean
 
 demo: .venv/installed
 	@$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
@@ -27,6 +27,10 @@ bench-quick: .venv/installed-bench
 
 bench-memory: .venv/installed-dev
 	$(BIN)/python -m tests.benchmarks.memory
+
+# Whether `ok` can be believed on objects that repeat themselves: hours; QUICK=--quick takes minutes.
+bench-symmetry: .venv/installed-dev
+	$(BIN)/python -m tests.benchmarks.symmetry $(if $(QUICK),--quick)
 
 # FIRST=7 COUNT=1 makes the damage of number 7 alone.
 fuzz: .venv/installed-dev
