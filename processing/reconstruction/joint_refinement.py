@@ -73,7 +73,7 @@ def refine_jointly(
     views = [_estimate(view, solution, bounds, origin, graph.diameter) for view in pairwise.views]
     return MethodResult.of(
         refuse_stillness(views, origin, cache),
-        [_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)],
+        [*(_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)), *graph.refuted],
         origin,
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
         freedoms=_find_freedoms(solution, edges, graph.diameter, settings),
@@ -93,6 +93,7 @@ class _Graph:
     diameter: float  # of the object [m]
     edges: list[PairEstimate] = field(default_factory=list)
     symmetries: list[Symmetry] = field(default_factory=list)  # of the object, in frame {0}
+    refuted: list[PairEstimate] = field(default_factory=list)  # that seem right, but for what the others say
     refuted_step: bool = False  # whether the pairs decide against the user's step
     solution: Solution = field(default_factory=lambda: Solution({}, frozenset(), ()))
 
@@ -141,9 +142,14 @@ class _Graph:
             directions[view] = viewing_direction(T_0_i, surface.surfels.points.mean(axis=0), surface.sensor_origin)
         known = [(edge.source, edge.target) for edge in self.edges]
         for source, target in choose_edges(directions, known, self.settings):
-            edge = self._register(source, target, poses.invert(solution.T_0[target]) @ solution.T_0[source])
-            if edge.status == Status.OK:
+            start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
+            edge = self._register(source, target, start)
+            if edge.status != Status.OK or edge.T_target_source is None:
+                continue
+            if self._pair(edge).distance(edge.T_target_source, start) <= 1.0:
                 self.edges.append(edge)
+            else:
+                self.refuted.append(_mark(edge, keep=False))
 
     def register_with_itself(self) -> None:
         """Find the symmetries of the whole object, and look for them in every edge: some seem to leave nothing open."""

@@ -102,8 +102,10 @@ def register_from(
     rivals = [trial for trial in others if _is_rival(pair, trial, best, freedoms)]
     orbit = Orbit()
     if status == Status.OK:
-        rivals = _keep_distinct(pair, [*rivals, *_turn_by_itself(pair, best, freedoms, rivals)])
+        turned = _turn_by_itself(pair, best, freedoms, rivals)
         believed = [trial.T for trial in rivals if _is_believed(trial.found, belief)]
+        believed += [trial.T for trial in turned if trial.found.violations <= belief.max_violations]
+        rivals = _keep_distinct(pair, [*rivals, *turned])
         orbit = find_orbit(pair, best.T, believed, freedoms)
         freedoms += orbit.freedoms
     single = not (freedoms or orbit.symmetries or orbit.alternatives)
@@ -184,13 +186,17 @@ def _turn_around(pair: PairRegistration, trials: Sequence[Trial]) -> dict[str, n
 def _turn_by_itself(
     pair: PairRegistration, best: Trial, freedoms: Sequence[Freedom], rivals: Sequence[Trial]
 ) -> list[Trial]:
-    """Return where the best pose is led by turns under which one of the two views agrees with itself."""
+    """Return where the best pose is led by turns under which one of the two views agrees with itself.
+
+    They need to meet less than others: that what is seen repeats itself speaks for them.
+    """
     turned = [best.T @ turn for turn in pair.source.self_turns] + [turn @ best.T for turn in pair.target.self_turns]
     trials: list[Trial] = []
     for T in turned:
         trial = Trial("itself", Refined(T, converged=False), pair.verify(T, coarse=True))
         known = any(not _differ(pair, trial, other) for other in (*rivals, *trials))
-        if known or not _is_rival(pair, trial, best, freedoms) or not _is_worth(trial.found, pair.settings.judgement):
+        meets = trial.found.overlap >= pair.settings.judgement.min_overlap / 2
+        if known or not meets or not _is_rival(pair, trial, best, freedoms):
             continue
         ended = pair.align(T)
         trials.append(Trial("itself", ended, pair.verify(ended.T_target_source)))

@@ -16,7 +16,7 @@ from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.recorder import poses
 
 _MEDIAN = 0.4549  # of a squared standard normal deviate: what the median of squared residuals is divided by
-_LEAST_SPREAD = 0.5  # of a patch's mean square, in what is usual: were all its residuals one, it were 1.4
+_LEAST_SPREAD = 1.0  # of a patch's mean square, in what is usual: were all its residuals one, it were 1.4
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from orbitscan.processing.registration.unobservable import take_out
 from orbitscan.processing.results.estimates import Freedom, Symmetry
 from orbitscan.recorder import poses
 
+_ONE_OF_MANY = 2.0  # times what refutes a pose, for each turn of a symmetry: all of them together decide
 _HOPELESS = 6.0  # times what refutes a pose: alignment will not mend it
 
 
@@ -55,14 +56,16 @@ def find_orbit(
     for symmetry in suspected:
         if is_turn(free, symmetry, pair.diameter) or is_among(symmetries, symmetry, pair.diameter):
             continue
-        stands = [found for turn in symmetry.turns() if (found := _stands(pair, turn @ T_best, here)) is not None]
+        stands = [
+            found for turn in symmetry.turns() if (found := _stands(pair, turn @ T_best, here, limit)) is not None
+        ]
         if len(stands) == symmetry.order - 1:
             symmetries.append(symmetry)
         else:
             standing += [T for T, _ in stands if pair.verify(T).overlap >= pair.settings.judgement.min_overlap]
 
     def worse_by(turn: np.ndarray) -> float | None:
-        found = _stands(pair, turn @ T_best, here)
+        found = _stands(pair, turn @ T_best, here, _ONE_OF_MANY * limit)
         return None if found is None else found[1]
 
     for T in standing:
@@ -80,9 +83,8 @@ def find_orbit(
     return Orbit(tuple(symmetries), new, tuple(alternatives), min(refuted, default=None))
 
 
-def _stands(pair: PairRegistration, T: np.ndarray, here: Explanation) -> tuple[np.ndarray, float] | None:
+def _stands(pair: PairRegistration, T: np.ndarray, here: Explanation, limit: float) -> tuple[np.ndarray, float] | None:
     """A pose that explains the views as well, as it is or aligned from there, and by how much worse; None: refuted."""
-    limit = pair.settings.covisibility.worse
     if (worse := pair.explain(T).worse_than(here)) <= limit:
         return T, worse
     if worse > _HOPELESS * limit:

@@ -31,7 +31,7 @@ def find_self_turns(view: PreparedView, settings: PairSettings) -> tuple[np.ndar
         if any(pair.distance(T, other) <= 1.0 for other in (np.eye(4), *found)):
             continue
         agrees = pair.verify(T, coarse=True)
-        if agrees.overlap >= belief.min_overlap and agrees.violations <= belief.max_violations:
+        if agrees.overlap >= belief.min_overlap / 2 and agrees.violations <= belief.max_violations:
             found.append(T)
     return tuple(found[:_MOST])
 
