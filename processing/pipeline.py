@@ -9,8 +9,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitscan.processing.reconstruction.coverage import measure_coverage
-from orbitscan.processing.reconstruction.joint_refinement import reconsider, refine_jointly
+from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.model import build_model
+from orbitscan.processing.reconstruction.session_evidence import reconsider
 from orbitscan.processing.reconstruction.trajectory import Hints, begin_trajectories
 from orbitscan.processing.reconstruction.turntable import fit_turntable
 from orbitscan.processing.registration.competition import verify_usual
@@ -18,7 +19,7 @@ from orbitscan.processing.registration.matching import Matched, choose_correspon
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.registration.ransac import Matches
-from orbitscan.processing.results.estimates import PairEstimate, Symmetry
+from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.results.records import SessionResult, ViewRecord, ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status, best_method
 from orbitscan.processing.settings import Settings
@@ -87,12 +88,11 @@ def process(
         yield result
     found = {method: trajectory.result(origin) for method, trajectory in trajectories.items()}
     if known := found.get(Method.PAIRWISE):  # where `refined` begins
-        anew, told = partial(register, steps, "refined", None), tuple[Symmetry, ...]()
         if "refined" in methods:
+            anew = partial(register, steps, "refined", None)
             with watch.alone("refine", "refined"):
-                refined = refine_jointly(known, origin, cache, anew, settings.pair, settings.graph)
-            found[Method.REFINED], told = refined, refined.symmetries
-        found[Method.PAIRWISE] = reconsider(known, told, origin, cache, settings.pair)
+                found[Method.REFINED] = refine_jointly(known, origin, cache, anew, settings.pair, settings.graph)
+        found[Method.PAIRWISE] = reconsider(known, found.get(Method.REFINED), origin, cache, settings.pair)
     best = best_method(methods)
     placed = found[best].placed if best else {}
     with watch("outlier_removal", SESSION):
@@ -135,5 +135,5 @@ def register(
         matched[target] = Matches(indices, steps.estimate_pose(pair, indices))  # step 4: RANSAC, (4.8) to (4.22)
     if method == "ransac_icp":
         return steps.register_icp(pair, matched[target])  # step 5: ICP from the consensus (4.3)
-    estimate = steps.register_competing(pair, matched[target], hints.step)  # ours, in the place of step 5
+    estimate = steps.register_competing(pair, matched[target], hints.starts)  # ours, in the place of step 5
     return verify_usual(estimate, hints.usual, steps.settings.pair)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from orbitscan.processing.registration.symmetry import expand
+from orbitscan.processing.registration.ambiguity.symmetry import expand
 from orbitscan.processing.registration.unobservable import take_out
 from orbitscan.processing.results.estimates import (
     MethodResult,

@@ -1,5 +1,6 @@
 """The steps of the page on one session: each with its settings, in metres, and timed under its name."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -7,11 +8,11 @@ import numpy as np
 from orbitscan.processing.features.keypoints import detect_keypoints
 from orbitscan.processing.features.shot import describe
 from orbitscan.processing.registration import competition, icp
+from orbitscan.processing.registration.ambiguity.self_turns import find_self_turns
 from orbitscan.processing.registration.matching import match
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import Consensus, Matches, estimate_pose
-from orbitscan.processing.registration.self_turns import find_self_turns
 from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import UNKNOWN_SCALE, Scale, prepare
@@ -74,7 +75,9 @@ class Steps:
         with self.watch("icp", "icp" if matches is None else "ransac_icp"):
             return icp.register_icp(pair, matches)
 
-    def register_competing(self, pair: PairRegistration, matches: Matches, previous: np.ndarray | None) -> PairEstimate:
-        """Ours, in the place of step 5: many starts compete, the previous step of the camera among them."""
+    def register_competing(
+        self, pair: PairRegistration, matches: Matches, likely: Mapping[str, np.ndarray]
+    ) -> PairEstimate:
+        """Ours, in the place of step 5: many starts compete, likely ones among them."""
         with self.watch.shared("refine"):
-            return competition.register_competing(pair, matches, previous)
+            return competition.register_competing(pair, matches, likely)

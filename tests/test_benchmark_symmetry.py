@@ -9,9 +9,10 @@ import pytest
 from orbitscan.processing.results.estimates import Freedom, Symmetry
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder.formats.mesh_file import read_mesh
-from tests.benchmarks import symmetry
+from tests.benchmarks import symmetry, symmetry_scores
 from tests.benchmarks.solids import SOLIDS
-from tests.benchmarks.symmetry import Axis, Case, MethodScore, PairScore, Score, ViewScore
+from tests.benchmarks.symmetry_scores import KINDS, RUN, Axis, Case, Found, MethodScore, PairScore, Score, ViewScore
+from tests.benchmarks.symmetry_tables import OK_VIEWS, name_order, outside, report, write_json, wrong
 
 SIX = Axis(6, "symmetry", 0.2)
 EACH = pytest.mark.parametrize("solid", SOLIDS.values(), ids=SOLIDS)
@@ -63,10 +64,10 @@ def test_the_sessions_are_few_enough_and_distinct():
     assert len(set(quick)) == len(quick) <= 24
     assert all(case.views <= 8 for case in quick)
     for cases in (whole, quick):
-        assert {(case.kind, case.known) for case in cases} == {(k, b) for k in symmetry.KINDS for b in (False, True)}
+        assert {(case.kind, case.known) for case in cases} == {(k, b) for k in KINDS for b in (False, True)}
     assert {case.object for case in whole} >= set(SOLIDS)
     views = sum(case.views - 1 for case in whole if case.known and case.kind != "controls")
-    assert views > symmetry.OK_VIEWS
+    assert views > OK_VIEWS
 
 
 def score_of(case, degrees=0.1, axes=(SIX,), seconds=1.0):
@@ -76,7 +77,7 @@ def score_of(case, degrees=0.1, axes=(SIX,), seconds=1.0):
         PairScore(2, 1, Status.AMBIGUOUS, 8.0, 0.001, 9.0, 0.001, (), 0),
         PairScore(3, 2, Status.AMBIGUOUS, 8.0, 0.001, 7.0, 0.001, (SIX,), 1),
     )
-    return Score(case, 0.1, seconds, dict.fromkeys(symmetry.RUN, MethodScore((view,), pairs, tuple(axes))))
+    return Score(case, 0.1, seconds, dict.fromkeys(RUN, MethodScore((view,), pairs, tuple(axes))))
 
 
 def test_a_run_goes_on_where_it_was_cut(tmp_path):
@@ -107,12 +108,12 @@ def test_a_run_goes_on_where_it_was_cut(tmp_path):
 def test_the_report_counts_what_is_wrong(tmp_path, capsys):
     cases = Case("prism06", 60), Case("robot", 60), Case("gear09", 60)
     scores = score_of(cases[0]), score_of(cases[1], axes=()), score_of(cases[2], degrees=20.0)
-    found = symmetry.Found(scores, ("it broke",))
-    assert [symmetry.name_order(score) for score in (scores[0], scores[2])] == ["exact", "another"]
-    assert not symmetry.wrong(scores[0], "refined")
-    assert len(symmetry.wrong(scores[2], "refined")) == 1
-    assert [pair.source for pair in symmetry.outside(scores[0], "refined")] == [3]
-    symmetry.report(found, quick=True)
+    found = Found(scores, ("it broke",))
+    assert [name_order(score) for score in (scores[0], scores[2])] == ["exact", "another"]
+    assert not wrong(scores[0], "refined")
+    assert len(wrong(scores[2], "refined")) == 1
+    assert [pair.source for pair in outside(scores[0], "refined")] == [3]
+    report(found, quick=True)
     shown = capsys.readouterr().out
     assert "wrong: refined, gear09 60 deg 1 mm, view 1: off 20 deg" in shown
     assert (
@@ -121,17 +122,17 @@ def test_the_report_counts_what_is_wrong(tmp_path, capsys):
     assert "broken: it broke" in shown
     assert "1 of 2 = 50.00 % (1.26 to 98.74)" in shown
     path = tmp_path / "found.json"
-    symmetry.write_json(found, True, path)
+    write_json(found, True, path)
     assert path.read_text().count('"gear09"') == 1
-    symmetry.report(symmetry.Found((), ()), quick=False)
+    report(Found((), ()), quick=False)
     assert "NOT MET" not in capsys.readouterr().out
 
 
 def test_what_is_declared_about_the_vertical_axis():
     tilted = np.array([0.0, np.sin(0.02), np.cos(0.02)])
-    symmetric = symmetry._score_axis(Symmetry(-tilted, np.zeros(3), 9), np.array([0.0, 0, 1]))
+    symmetric = symmetry_scores._score_axis(Symmetry(-tilted, np.zeros(3), 9), np.array([0.0, 0, 1]))
     assert symmetric == Axis(9, "symmetry", pytest.approx(np.degrees(0.02)))
-    free = symmetry._score_axis(Freedom("turn", tilted, np.zeros(3)), np.array([0.0, 0, 1]))
+    free = symmetry_scores._score_axis(Freedom("turn", tilted, np.zeros(3)), np.array([0.0, 0, 1]))
     level = Axis(2, "symmetry", 90.0)
     gear = Case("gear18", 60)
     for axes, expected in (
@@ -139,4 +140,4 @@ def test_what_is_declared_about_the_vertical_axis():
         ((replace(symmetric, order=18), level), "exact"), ((replace(symmetric, order=4),), "another"),
         ((Axis(None, "shift", 0.0),), "none"),
     ):  # fmt: skip
-        assert symmetry.name_order(score_of(gear, axes=axes)) == expected
+        assert name_order(score_of(gear, axes=axes)) == expected

@@ -6,7 +6,6 @@ from itertools import pairwise as successive
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.graph_uncertainty import measure_graph
 from orbitscan.processing.reconstruction.pose_graph import (
     GraphSettings,
     Solution,
@@ -15,12 +14,13 @@ from orbitscan.processing.reconstruction.pose_graph import (
     viewing_direction,
 )
 from orbitscan.processing.reconstruction.self_registration import find_self_symmetries
+from orbitscan.processing.reconstruction.session_evidence import judge_views
 from orbitscan.processing.reconstruction.trajectory import Hints
+from orbitscan.processing.registration.ambiguity.known_step import distrust, is_refuted
+from orbitscan.processing.registration.ambiguity.symmetry import find_agreed, join
 from orbitscan.processing.registration.competition import challenge
-from orbitscan.processing.registration.known_step import distrust, is_refuted
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
-from orbitscan.processing.registration.symmetry import find_agreed, join
 from orbitscan.processing.registration.unobservable import same_freedom
 from orbitscan.processing.results.estimates import (
     Freedom,
@@ -31,13 +31,9 @@ from orbitscan.processing.results.estimates import (
     ViewEstimate,
 )
 from orbitscan.processing.results.status import Status
-from orbitscan.processing.results.uncertainty import Uncertainty
 from orbitscan.recorder import poses
 
 _ROUND = np.radians(330)  # turned on the way there and straight back: a whole turn, less what a tilted camera saves
-_STILL_DEG, _STILL_SHARE = 1.0, 0.01  # a view that turns and shifts (share of the diameter) by less stands still
-STILL = "nothing moves from view to view: what was registered may be what stands still"
-
 Register = Callable[[PreparedView, PreparedView, Hints], PairEstimate]  # source, target, and what is known of them
 
 
@@ -69,10 +65,10 @@ def refine_jointly(
     graph.solve()
     graph.register_with_itself()
     solution, edges = graph.solution, graph.edges
-    bounds = graph.measure()
-    views = [_estimate(view, solution, bounds, origin, graph.diameter) for view in pairwise.views]
+    kept = [edge for edge, keep in zip(edges, solution.kept, strict=True) if keep]
+    views = [_estimate(view, solution, origin) for view in pairwise.views]
     return MethodResult.of(
-        refuse_stillness(views, origin, cache),
+        judge_views(views, kept, origin, graph.diameter),
         [*(_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)), *graph.refuted],
         origin,
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
@@ -123,7 +119,7 @@ class _Graph:
                     if (view, other) in tried or open_.get(view, 0) >= self.settings.open_tries:
                         continue
                     tried.add((view, other))
-                    edge = self._register(view, other, None)
+                    edge = self._register(view, other, {})
                     open_[view] = open_.get(view, 0) + (edge.status == Status.AMBIGUOUS)
                     near = abs(other - view) <= self.settings.vouching
                     if edge.status == Status.OK and (near or self._holds(edge)):
@@ -143,7 +139,7 @@ class _Graph:
         known = [(edge.source, edge.target) for edge in self.edges]
         for source, target in choose_edges(directions, known, self.settings):
             start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
-            edge = self._register(source, target, start)
+            edge = self._register(source, target, {"graph": start})
             if edge.status != Status.OK or edge.T_target_source is None:
                 continue
             if self._pair(edge).distance(edge.T_target_source, start) <= 1.0:
@@ -161,25 +157,17 @@ class _Graph:
         if usual.T_target_source is None:
             return
         explained = self._pair(usual).explain(usual.T_target_source)
-        views = {view: self.cache.get_surface(view) for view in T_0}
         told = [symmetry.moved(T_0[e.target]) for e in holding if e.target in T_0 for symmetry in e.symmetries]
         turns = [symmetry.turns()[0] for symmetry in told]
-        self.symmetries = find_self_symmetries(views, T_0, turns, explained, self.pair_settings)
+        self.symmetries = find_self_symmetries(self.cache, T_0, turns, explained, self.pair_settings)
         self.symmetries = join(self.symmetries, find_agreed(told, len(holding) / 2, self.diameter), self.diameter)
         if self.symmetries:
             self.edges = [self.judge(self._challenge(edge)) for edge in self.edges]
             self.solve()
 
-    def measure(self) -> dict[int, Uncertainty]:
-        """How well the poses are known that nothing leaves open."""
-        solution = self.solution
-        T_0 = {view: T for view, T in solution.T_0.items() if view in solution.rigid}
-        holding = [edge for edge, keep in zip(self.edges, solution.kept, strict=True) if keep and _holds(edge, T_0)]
-        return _measure(holding, T_0, self.cache, self.origin)
-
-    def _register(self, source: int, target: int, start: np.ndarray | None) -> PairEstimate:
+    def _register(self, source: int, target: int, starts: Mapping[str, np.ndarray]) -> PairEstimate:
         usual = UsualMisfit.of([edge for edge in self.edges if edge.status == Status.OK])
-        return self.judge(self.register(self.cache.get(source), self.cache.get(target), Hints(start, usual)))
+        return self.judge(self.register(self.cache.get(source), self.cache.get(target), Hints(starts, usual)))
 
     def _challenge(self, edge: PairEstimate) -> PairEstimate:
         """An edge, or what symmetries of the object make of it."""
@@ -197,96 +185,18 @@ class _Graph:
         return observability is not None and observability >= self.pair_settings.symmetry.suspicious
 
 
-def reconsider(
-    found: MethodResult, symmetries: Sequence[Symmetry], origin: int | None, cache: ViewCache, settings: PairSettings
-) -> MethodResult:
-    """Return a method's result after what the whole session tells was looked for in each of its pairs.
-
-    That is the object's symmetries, in frame {0}, and whether the pairs bear the user's step out.
-    """
-    T_0 = {view.view: view.T_0_i for view in found.views}
-    pairs = []
-    for pair in found.pairs:
-        if (T := T_0.get(pair.target)) is not None and pair.status.is_believed:
-            both = PairRegistration(cache.get_surface(pair.source), cache.get_surface(pair.target), settings)
-            pair = challenge(both, pair, [symmetry.moved(poses.invert(T)) for symmetry in symmetries])
-        pairs.append(pair)
-    if is_refuted(pairs):
-        pairs = [distrust(pair) for pair in pairs]
-    own = {pair.source: pair for pair in pairs}
-    connected: set[int | None] = {origin}
-    views: list[ViewEstimate] = []
-    for view in found.views:
-        status = view.status
-        if (placed_by := own.get(view.view)) is not None and status.is_believed:
-            hangs = placed_by.status == Status.OK and placed_by.target not in connected
-            status = Status.NOT_CONNECTED if hangs else placed_by.status
-        if status == Status.OK:
-            connected.add(view.view)
-        views.append(replace(view, status=status))
-    if origin is not None:
-        holding = [pair for pair in pairs if pair.status == Status.OK and {pair.source, pair.target} <= connected]
-        poses_ok = {view.view: view.T_0_i for view in views if view.status == Status.OK and view.T_0_i is not None}
-        bounds, diameter = _measure(holding, poses_ok, cache, origin), cache.get_surface(origin).scale.diameter
-        views = [_bounded(view, bounds.get(view.view), origin, diameter) for view in views]
-        views = refuse_stillness(views, origin, cache)
-    return MethodResult.of(views, pairs, origin, symmetries=tuple(symmetries))
-
-
-def refuse_stillness(views: Sequence[ViewEstimate], origin: int, cache: ViewCache) -> list[ViewEstimate]:
-    """Return the views, `inconsistent` where none moves: what was registered may be what stands still."""
-    placed = {v.view: v.T_0_i for v in views if v.view != origin and v.status == Status.OK and v.T_0_i is not None}
-    for view, T_0_i in placed.items():
-        prepared = cache.get_surface(view)
-        center = prepared.surface.surfels.points.mean(axis=0)
-        shift = float(np.linalg.norm(poses.transform(T_0_i, center[None])[0] - center))
-        turn = np.degrees(poses.rotation_angle(T_0_i[:3, :3]))
-        if turn > _STILL_DEG or shift > _STILL_SHARE * prepared.scale.diameter:
-            return list(views)
-    return [replace(v, status=Status.INCONSISTENT, note=STILL) if v.view in placed else v for v in views]
-
-
-def _measure(
-    pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray], cache: ViewCache, origin: int
-) -> dict[int, Uncertainty]:
-    """How well the poses are known that pairs hold, about the centre of each view's points."""
-    means = {view: cache.get_surface(view).surface.surfels.points.mean(axis=0) for view in T_0}
-    centers = {view: poses.transform(T_0[view], mean[None])[0] for view, mean in means.items()}
-    return measure_graph(pairs, T_0, centers, origin)
-
-
-def _bounded(view: ViewEstimate, known: Uncertainty | None, origin: int, diameter: float) -> ViewEstimate:
-    """An ok view with its bounds; `ambiguous` where these allow it to be wrong."""
-    if view.view == origin:
-        return replace(view, rotation_bound_deg=0.0, center_bound_m=0.0)
-    if known is None or view.status != Status.OK:
-        return view
-    status = Status.OK if known.is_good(diameter) else Status.AMBIGUOUS
-    bounds = known.rotation_bound_deg, known.center_bound_m
-    return replace(view, status=status, rotation_bound_deg=bounds[0], center_bound_m=bounds[1])
-
-
 def _is_edge(pair: PairEstimate) -> bool:
     """Whether a pair holds two views together: it is right, or right but for what the views leave open."""
     return pair.status.is_believed and pair.information is not None
 
 
-def _holds(edge: PairEstimate, T_0: Mapping[int, np.ndarray]) -> bool:
-    """Whether an edge leaves nothing open between two of the placed views."""
-    return edge.status == Status.OK and edge.source in T_0 and edge.target in T_0
-
-
-def _estimate(
-    view: ViewEstimate, solution: Solution, bounds: Mapping[int, Uncertainty], origin: int, diameter: float
-) -> ViewEstimate:
+def _estimate(view: ViewEstimate, solution: Solution, origin: int) -> ViewEstimate:
     """Return a view as the solution places it."""
     T_0_i = solution.T_0.get(view.view)
     if T_0_i is None:
         lost = view.status if view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
         return ViewEstimate(view.view, lost, None)
-    rigid = view.view == origin or view.view in bounds
-    placed = ViewEstimate(view.view, Status.OK if rigid else Status.AMBIGUOUS, T_0_i)
-    return _bounded(placed, bounds.get(view.view), origin, diameter)
+    return ViewEstimate(view.view, Status.OK if view.view in solution.rigid else Status.AMBIGUOUS, T_0_i)
 
 
 def _mark(edge: PairEstimate, keep: bool) -> PairEstimate:

@@ -8,16 +8,17 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from orbitscan.processing.reconstruction.pose_graph import viewing_direction
+from orbitscan.processing.registration.ambiguity.symmetry import join, name_turn
 from orbitscan.processing.registration.correspondences import make_target
 from orbitscan.processing.registration.covisibility import Explanation
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
-from orbitscan.processing.registration.prepared_view import PreparedView
+from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.registration.surface_icp import align_coarsely
-from orbitscan.processing.registration.symmetry import join, name_turn
 from orbitscan.processing.results.estimates import Symmetry
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
+_VIEWS = 24  # that are looked at, at most
 _SURFELS = 1500  # that stand for the whole object
 _ANGLES = 12  # of a whole turn that are tried about an axis
 _ALIKE = 0.5  # share of a view's surface that must lie on the view of the place where a turn brings it
@@ -28,7 +29,7 @@ _SAME_SIDE = 0.7  # cosine between two views' directions from which on they see 
 
 
 def find_self_symmetries(
-    views: Mapping[int, PreparedView],
+    cache: ViewCache,
     T_0: Mapping[int, np.ndarray],
     suspected: Sequence[np.ndarray],
     usual: Explanation,
@@ -37,10 +38,12 @@ def find_self_symmetries(
     """Find the symmetries, in frame {0}, of what placed views show together; pairs tell of suspected turns (4, 4).
 
     `usual` is how a pair that is right explains what both see: a turn must do so as well in each of the views that it
-    brings over another. Empty for fewer than three views.
+    brings over another. Of many views some are looked at, spread over all. Empty for fewer than three.
     """
     if len(T_0) < 3:
         return []
+    views = {view: cache.get_surface(view) for view in list(T_0)[:: -(-len(T_0) // _VIEWS)]}
+    T_0 = {view: T_0[view] for view in views}
     first = next(iter(views.values()))
     w, diameter, how = first.scale.working, first.scale.diameter, settings.refinement
     merged = _merge(views, T_0)

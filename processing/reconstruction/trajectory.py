@@ -1,6 +1,6 @@
 """The poses of one method, composed pair by pair (thesis (4.17))."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -31,7 +31,7 @@ class Placed:
 class Hints:
     """What the pairs before tell a registration."""
 
-    step: np.ndarray | None = None  # the motion of the last pair, where it is right: T_target_source
+    starts: Mapping[str, np.ndarray] = field(default_factory=dict)  # likely poses T_target_source, by their names
     usual: UsualMisfit | None = None  # of pairs that are right
 
 
@@ -58,7 +58,7 @@ class Trajectory:
     def hints(self) -> Hints:
         """What is known of the next view's registration."""
         usual = UsualMisfit.of([pair for pair in self.pairs if pair.status == Status.OK])
-        return Hints(self.step, usual)
+        return Hints({} if self.step is None else {"previous": self.step}, usual)
 
     def start(self, prepared: PreparedView) -> ViewEstimate:
         """Make a view the origin: T_0_0 = I."""

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitscan.processing.registration.correspondences import find_correspondences
-from orbitscan.processing.registration.free_space import look_up
+from orbitscan.processing.registration.encounter import EncounterSettings, meet
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.recorder import poses
 
@@ -21,15 +20,10 @@ _LEAST_SPREAD = 1.0  # of a patch's mean square, in what is usual: were all its 
 
 @dataclass(frozen=True)
 class CovisibilitySettings:
-    """What a surfel must find, and when a pose explains the views worse than another; not in the thesis."""
+    """When a pose explains the views worse than another; not in the thesis."""
 
-    gate: float = 2.0  # multiples of w: a surfel of the other view that is no farther is the same place
-    deviation: float = 0.2  # multiples of w: of a residual, besides what both surfels' variances explain
-    front: float = 1.5  # multiples of w, and four times the noise: seen through, so far before a surface
-    grazing_cosine: float = 0.35  # what the other sensor would see edge-on it may have missed
     most: float = 25.0  # variances, as they are or as they usually are: what is seen through, or a stray, counts so
     least: float = 0.3  # variances that are usual at least: what quadrics cannot follow differs from pose to pose
-    outline_cosine: float = 0.45  # a surfel that faces a sensor so is seen, where empty directions are known to be
     worse: float = 5.0  # standard deviations by which a pose explains the views worse that is refuted
 
 
@@ -77,37 +71,26 @@ class Explanation:
 
 
 def explain(
-    T_target_source: np.ndarray, source: PreparedView, target: PreparedView, settings: CovisibilitySettings
+    T_target_source: np.ndarray,
+    source: PreparedView,
+    target: PreparedView,
+    encounter: EncounterSettings,
+    settings: CovisibilitySettings,
 ) -> Explanation:
     """Tell how a pose explains what both sensors must see, by the judged surfels of either view."""
-    ours, our_patches = _look(T_target_source, source, target, settings)
-    theirs, their_patches = _look(poses.invert(T_target_source), target, source, settings)
+    ours, our_patches = _look(T_target_source, source, target, encounter)
+    theirs, their_patches = _look(poses.invert(T_target_source), target, source, encounter)
     _, count = source.patches
     return Explanation(np.concatenate([ours, theirs]), np.concatenate([our_patches, their_patches + count]), settings)
 
 
 def _look(
-    T: np.ndarray, ours: PreparedView, other: PreparedView, settings: CovisibilitySettings
+    T: np.ndarray, ours: PreparedView, other: PreparedView, settings: EncounterSettings
 ) -> tuple[np.ndarray, np.ndarray]:
     """The squared residuals (K,) of the surfels that tell something, and their patches (K,)."""
-    surfels, w = ours.judged_surfels, other.scale.working
-    points, normals = poses.transform(T, surfels.points), poses.rotate(T, surfels.normals)
-    target = other.fine_target
-    found = find_correspondences(points, normals, target, settings.gate * w)
-    met = found >= 0
-    at = found[met]
-    along = normals[met] + target.normals[at]
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    residuals = np.einsum("ni,ni->n", points[met] - target.grid.points[at], along)
-    squares = np.full(len(points), np.nan)
-    squares[met] = residuals**2 / (surfels.variances[met] + target.variances[at] + (settings.deviation * w) ** 2)
-    if other.range_image is not None and not met.all():
-        before, empty = look_up(other.range_image, points[~met], settings.front * w + 4.0 * other.scale.noise)
-        to_sensor = other.surface.sensor_origin - points[~met]
-        cosine = np.einsum("ni,ni->n", normals[~met], to_sensor) / np.maximum(np.linalg.norm(to_sensor, axis=1), 1e-12)
-        through = before & (np.abs(cosine) > settings.grazing_cosine)
-        if other.surface.outline_known:
-            through |= empty & (cosine > settings.outline_cosine)
-        squares[~met] = np.where(through, np.inf, np.nan)
+    found = meet(T, ours.judged_surfels, other, settings)
+    squares = np.full(len(found.met), np.nan)
+    squares[found.met] = found.residuals**2 / found.variances
+    squares[found.in_front | (found.unseen & other.surface.outline_known)] = np.inf
     tells = ~np.isnan(squares)
     return squares[tells], ours.patches[0][tells]

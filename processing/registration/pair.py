@@ -88,14 +88,15 @@ class PairRegistration:
 
     def explain(self, T: np.ndarray) -> Explanation:
         """Tell how a pose explains what both sensors must see."""
-        return covisibility.explain(T, self.source, self.target, self.settings.covisibility)
+        how = self.settings
+        return covisibility.explain(T, self.source, self.target, how.judgement.encounter, how.covisibility)
 
     def measure_uncertainty(self, refined: Refined) -> Uncertainty | None:
         """Measure how well an aligned pose is known; None where the views hardly meet."""
         if refined.center is None:
             return None
         how, w = self.settings.refinement, self.w
-        patch, target = 2 * max(2 * w, self.source.scale.patch), self.target.fine_target
+        patch, target = self.source.patch_size, self.target.fine_target
         problem = surface_icp.fine_problem(self.source.judged_surfels, target, w, how)
         return covariance.measure_uncertainty(problem, refined.T_target_source, refined.center, patch, _STEP * w)
 
@@ -106,7 +107,9 @@ class PairRegistration:
     def find_motions(self, T: np.ndarray, coarse: bool = False) -> list[Motion]:
         """Find the motions of the source under a pose, the least determined first; none where the views hardly meet."""
         surfels = self.source.coarse_surfels if coarse else self.source.judged_surfels
-        return unobservable.find_motions(T, surfels, self.target.fine_target, self.settings.judgement.gate * self.w)
+        return unobservable.find_motions(
+            T, surfels, self.target.fine_target, self.settings.judgement.encounter.gate * self.w
+        )
 
     def nearly_slides(self, found: list[Motion]) -> bool:
         """Whether the least determined of the motions is hardly determined."""

@@ -14,7 +14,6 @@ from orbitscan.processing.registration.surface_icp import RefinementSettings
 from orbitscan.processing.surface.preparation import Scale, Surface, Surfels
 from orbitscan.recorder.session import View, Views
 
-_QUADRIC_REACH = 2.0  # multiples of the working resolution, see `SurfaceSettings.quadric_radius`
 _PIXEL = 1.0  # of the range image, in multiples of the working resolution
 
 
@@ -50,14 +49,15 @@ class PreparedView:
         """Surfels that stand for all when a pose is judged."""
         return self.surface.surfels.thinned(self.settings.judged_points)
 
+    @property
+    def patch_size(self) -> float:
+        """How far apart [m] residuals are independent: neighbouring surfels are fitted to points that they share."""
+        return 2 * self.surface.reach
+
     @cached_property
     def patches(self) -> tuple[np.ndarray, int]:
-        """The patch of neighbours (S,) to which each judged surfel belongs, and how many there are.
-
-        Beyond a patch residuals are independent: it is as wide as the neighbourhoods that surfels are fitted to.
-        """
-        size = 2 * max(_QUADRIC_REACH * self.scale.working, self.scale.patch)
-        cells = np.floor(self.judged_surfels.points / size).astype(np.int64)
+        """The patch of neighbours (S,) to which each judged surfel belongs, and how many there are."""
+        cells = np.floor(self.judged_surfels.points / self.patch_size).astype(np.int64)
         _, patch = np.unique(cells, axis=0, return_inverse=True)
         return patch.ravel(), int(patch.max(initial=-1)) + 1
 

@@ -1,17 +1,15 @@
 """Whether two surfaces agree under a pose: the only grounds on which an estimate is called right."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from orbitscan.processing.registration.correspondences import find_correspondences
-from orbitscan.processing.registration.free_space import look_up
+from orbitscan.processing.registration.encounter import EncounterSettings, meet
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.results.status import Status
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
-_NOISE = 4.0  # standard deviations of a point by which it may lie before a surface, besides the settings' share
 _HALF = 4.0  # a residual of so many variances fits half as well as none
 _MOST_VARIANCES = 25.0  # that one residual adds to the misfit: a few strays do not decide it
 _RIVALRY = 4  # power of a rival's share of the best score: only near ones cost confidence
@@ -21,12 +19,7 @@ _RIVALRY = 4  # power of a rival's share of the best score: only near ones cost 
 class VerificationSettings:
     """What counts as agreement; lengths in multiples of the working resolution; not in the thesis."""
 
-    # What a surfel finds in the other view: a surfel it overlaps, or nothing, or what contradicts it.
-    gate: float = 2.0  # overlapping surfels are no farther
-    deviation: float = 0.2  # of a residual, besides what both surfels' variances explain
-    front: float = 1.5  # a point so far before a surface, and four times the noise, contradicts it ...
-    grazing_cosine: float = 0.35  # ... unless the other sensor would see it edge-on, and may have missed it
-    unseen_cosine: float = 0.45  # a point that faces a sensor so should have been seen by it
+    encounter: EncounterSettings = field(default_factory=EncounterSettings)
 
     # The score: how well the overlap fits, times how far it reaches, less what contradicts.
     enough_overlap: float = 0.3  # a share about half of what could count: beyond, more proves little
@@ -111,34 +104,16 @@ def verify(
 
 
 def _compare(T: np.ndarray, surfels: Surfels, other: PreparedView, settings: VerificationSettings) -> _Count:
-    w = other.scale.working
-    moved = poses.transform(T, surfels.points)
-    normals = poses.rotate(T, surfels.normals)
-    target = other.fine_target
-    found = find_correspondences(moved, normals, target, settings.gate * w)
-    near = found >= 0
-    found = found[near]
-    along = normals[near] + target.normals[found]
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    residual = np.einsum("ni,ni->n", moved[near] - target.grid.points[found], along)
-    variance = surfels.variances[near] + target.variances[found] + (settings.deviation * w) ** 2
-    misfits = residual**2 / variance
-    in_front = unseen = 0
-    if other.range_image is not None and not near.all():
-        far, facing = moved[~near], normals[~near]
-        before, nothing = look_up(other.range_image, far, settings.front * w + _NOISE * other.scale.noise)
-        to_sensor = other.surface.sensor_origin - far
-        cosine = np.einsum("ni,ni->n", facing, to_sensor) / np.maximum(np.linalg.norm(to_sensor, axis=1), 1e-12)
-        in_front = int((before & (np.abs(cosine) > settings.grazing_cosine)).sum())
-        unseen = int((nothing & (cosine > settings.unseen_cosine)).sum())
+    found = meet(T, surfels, other, settings.encounter)
+    misfits = found.residuals**2 / found.variances
     return _Count(
         surfels=len(surfels),
-        overlapping=len(found),
-        squares=float((residual**2).sum()),
+        overlapping=len(found.residuals),
+        squares=float((found.residuals**2).sum()),
         misfits=float(np.minimum(misfits, _MOST_VARIANCES).sum()),
         fitting=float((1.0 / (1.0 + misfits / _HALF)).sum()),
-        in_front=in_front,
-        unseen=unseen,
+        in_front=int(found.in_front.sum()),
+        unseen=int(found.unseen.sum()),
     )
 
 

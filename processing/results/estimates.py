@@ -72,8 +72,8 @@ class Candidate:
 
     Its name says where it came from: `identity` (no motion), `previous` (the step from the view before), `ransac` (the
     thesis's consensus set), `consensus 3` (the fourth best pose that single correspondences propose), `graph` (the
-    poses of the joint refinement so far); or another one's name and `turned by 15`: from there, so many degrees about
-    an axis that the views hardly determine.
+    poses of the joint refinement so far), `first look` (the best of a first competition, where there was a second); or
+    another one's name and `turned by 15`: from there, so many degrees about an axis that the views hardly determine.
     """
 
     start: str

@@ -64,6 +64,7 @@ class Surface:
     working: np.ndarray  # (M, 3) float64, one point in a cell of side w
     normals: np.ndarray  # (M, 3) float64, towards the sensor; NaN where there are too few neighbours
     surfels: Surfels  # the working points whose surface can be told
+    reach: float  # of the neighbourhoods they are fitted to [m]
     sensor_origin: np.ndarray | None  # (3,) metres, None where unknown
     enough: bool  # whether there are points enough to register
     outline_known: bool = False  # whether nothing is where no point is: those directions were looked at
@@ -103,11 +104,13 @@ def prepare(
     working = grid.cell_means(points, scale.working) if scale else np.empty((0, 3))
     if scale is None or len(working) < settings.min_points:
         nothing = Surfels(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
-        return Surface(view.index, points, colors, working, np.full_like(working, np.nan), nothing, origin, False)
+        return Surface(
+            view.index, points, colors, working, np.full_like(working, np.nan), nothing, np.nan, origin, False
+        )
     normals = estimate_normals(working, settings.normal_radius * scale.working, origin)
     radius = max(settings.quadric_radius * scale.working, scale.patch)
     fitted, turned, variances = fit_quadrics(working, normals, points, radius)
     known = np.isfinite(variances)
     surfels = Surfels(fitted[known], turned[known], variances[known])
     enough = len(surfels) >= settings.min_points
-    return Surface(view.index, points, colors, working, normals, surfels, origin, enough, outline_known)
+    return Surface(view.index, points, colors, working, normals, surfels, radius, origin, enough, outline_known)

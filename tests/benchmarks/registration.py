@@ -5,14 +5,11 @@ python -m tests.benchmarks.registration --objects robot,bin --steps 20,40 --nois
 
 import argparse
 import json
-import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +23,7 @@ from orbitscan.processing.settings import Settings
 from tests.benchmarks import peers, sessions, tables
 from tests.benchmarks.scores import PairScore, SessionScore, score_pair, score_session
 from tests.benchmarks.sessions import Case, Scan
+from tests.benchmarks.workers import pool
 
 CONTROL = "identity + our refiner"
 
@@ -136,16 +134,8 @@ def _each(jobs: Sequence[Job], workers: int) -> Iterator[Found]:
     if workers == 1:
         yield from map(run, jobs)
         return
-    threads = str(max(1, (os.cpu_count() or 1) // workers))
-    shared = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), threads)
-    before = dict(os.environ)
-    os.environ.update(shared)  # read by the libraries when a worker loads them
-    try:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            yield from pool.map(run, jobs)
-    finally:
-        os.environ.clear()
-        os.environ.update(before)
+    with pool(workers) as executor:
+        yield from executor.map(run, jobs)
 
 
 def report(found: Found, with_seconds: bool) -> None:

@@ -56,7 +56,7 @@ class Scene:
 
     def register(self, source, target):
         """The pose of two prepared views of which nothing is known."""
-        return self.steps().register_competing(self.pair(source, target), self.correspond(source, target), None)
+        return self.steps().register_competing(self.pair(source, target), self.correspond(source, target), {})
 
 
 def edge(source, target, T, center=None, **fields):

@@ -164,7 +164,7 @@ def test_only_views_that_nothing_connects_are_registered_anew(ready):
     asked = []
 
     def register(source, target, hints):
-        if hints.step is None:
+        if not hints.starts:
             asked.append((source.view, target.view))
         return ready.register(source, target)
 

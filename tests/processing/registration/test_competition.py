@@ -40,7 +40,7 @@ def started(pair):
 
 def test_competing_starts_end_at_the_truth(scene, found):
     target, source, _ = scene.views
-    pair = register_competing(scene.pair(source, target), found, None)
+    pair = register_competing(scene.pair(source, target), found)
     assert pair.status == "ok"
     assert error_deg(scene, pair) < 0.3
     assert 0.5 < pair.confidence <= 1
@@ -52,7 +52,7 @@ def test_competing_starts_end_at_the_truth(scene, found):
 
 def test_evidence_says_what_was_seen(scene, found):
     target, source, _ = scene.views
-    evidence = register_competing(scene.pair(source, target), found, None).evidence
+    evidence = register_competing(scene.pair(source, target), found).evidence
     assert evidence.points == len(source.surface.working)
     assert evidence.keypoints == len(source.keypoints)
     assert 0 < evidence.valid_frames <= evidence.keypoints
@@ -81,7 +81,7 @@ def test_the_correspondences_shown_are_those_behind_the_last_methods_pair(scene,
 
 def test_competition_beats_the_thesis(scene, found):
     target, source, _ = scene.views
-    ours = register_competing(scene.pair(source, target), found, None)
+    ours = register_competing(scene.pair(source, target), found)
     thesis = register_icp(scene.pair(source, target), found)
     baseline = register_icp(scene.pair(source, target))
     assert error_deg(scene, ours) < min(error_deg(scene, thesis), error_deg(scene, baseline))
@@ -102,7 +102,7 @@ def test_an_unknown_start_is_found_by_the_features(scene, seed):
     T = random_pose(np.random.default_rng(seed), shift=0)
     turned = scene.prepare(replace(view, points=poses.transform(T, view.points).astype(np.float32)))
     matches = scene.correspond(turned, scene.views[0])
-    pair = register_competing(scene.pair(turned, scene.views[0]), matches, None)
+    pair = register_competing(scene.pair(turned, scene.views[0]), matches)
     assert pair.status == "ok"
     assert pair.candidates[0].start != "identity"
     assert error_deg(scene, replace(pair, T_target_source=pair.T_target_source @ T)) < 0.3
@@ -112,8 +112,8 @@ def test_the_previous_step_is_a_start(scene):
     """Without features, and sixty degrees from the identity, the step before is what helps."""
     target, _, source = scene.views
     alone = replace(HOW, starts=("identity", "previous"))
-    blind = register_competing(scene.pair(source, target, alone), NONE, None)
-    told = register_competing(scene.pair(source, target, alone), NONE, scene.T(0, 2))
+    blind = register_competing(scene.pair(source, target, alone), NONE)
+    told = register_competing(scene.pair(source, target, alone), NONE, {"previous": scene.T(0, 2)})
     assert started(blind) == {"identity"}
     assert blind.status != "ok"
     assert started(told) <= {"identity", "previous"}
@@ -125,20 +125,20 @@ def test_the_previous_step_is_a_start(scene):
 def test_only_the_starts_that_are_asked_for_compete(scene, found):
     target, source, _ = scene.views
     only = replace(HOW, starts=("identity",))
-    pair = register_competing(scene.pair(source, target, only), found, scene.T(0, 1))
+    pair = register_competing(scene.pair(source, target, only), found, {"previous": scene.T(0, 1)})
     assert started(pair) == {"identity"}
     only = replace(HOW, starts=("consensus",))
-    pair = register_competing(scene.pair(source, target, only), found, scene.T(0, 1))
+    pair = register_competing(scene.pair(source, target, only), found, {"previous": scene.T(0, 1)})
     assert {start.split()[0] for start in started(pair)} <= {"consensus", "ransac"}
 
 
 def test_without_any_start_there_is_no_estimate(scene, found):
     """Nobody knows a step before the second view; nor do views without keypoints propose anything."""
     target, source, _ = scene.views
-    pair = register_competing(scene.pair(source, target, replace(HOW, starts=("previous",))), found, None)
+    pair = register_competing(scene.pair(source, target, replace(HOW, starts=("previous",))), found)
     assert (pair.T_target_source, pair.status, pair.confidence) == (None, "no_consensus", 0.0)
     bare = replace(source, keypoints=source.keypoints[:0], descriptors=source.descriptors[:0])
-    pair = register_competing(scene.pair(bare, target, replace(HOW, starts=("consensus",))), NONE, None)
+    pair = register_competing(scene.pair(bare, target, replace(HOW, starts=("consensus",))), NONE)
     assert (pair.T_target_source, pair.status) == (None, "too_few_keypoints")
 
 
@@ -168,7 +168,7 @@ def test_without_a_consensus_the_thesis_has_no_estimate_and_we_look_again(scene,
     few = replace(source, keypoints=source.keypoints[:2], descriptors=source.descriptors[:2])
     assert register_icp(scene.pair(few, target), NONE).status == "too_few_keypoints"
     # It looks for matches itself where the identity leads nowhere.
-    ours = register_competing(scene.pair(source, target), NONE, None)
+    ours = register_competing(scene.pair(source, target), NONE)
     assert ours.status == "ok"
     assert error_deg(scene, ours) < 0.5
 
@@ -216,7 +216,7 @@ def test_a_bottle_is_ambiguous_about_its_axis_and_a_plane_every_way():
 
 
 def test_the_estimate_says_how_well_it_is_known(scene, found):
-    pair = register_competing(scene.pair(scene.views[1], scene.views[0]), found, None)
+    pair = register_competing(scene.pair(scene.views[1], scene.views[0]), found)
     assert np.linalg.eigvalsh(pair.information).min() > 0
     middle = poses.transform(pair.T_target_source, scene.views[1].surface.surfels.points).mean(axis=0)
     assert np.linalg.norm(pair.center - middle) < 0.001
@@ -229,7 +229,7 @@ def test_a_known_step_settles_a_bottles_turn(step_deg):
     told = replace(HOW, step_deg=step_deg)
     for source, target in ((1, 0), (2, 0), (0, 1)):
         views = scene.views[source], scene.views[target]
-        pair = register_competing(scene.pair(*views, told), scene.correspond(*views), None)
+        pair = register_competing(scene.pair(*views, told), scene.correspond(*views))
         assert (pair.status, pair.start) == ("ok", "step")
         assert pair.freedoms == ()
         assert error_deg(scene, pair) < 0.5
@@ -239,7 +239,7 @@ def test_a_known_step_settles_a_bottles_turn(step_deg):
 def test_a_known_step_changes_nothing_where_the_views_agree_with_it(scene, found):
     target, source, _ = scene.views
     alone, told = (
-        register_competing(scene.pair(source, target, replace(HOW, step_deg=step_deg)), found, None)
+        register_competing(scene.pair(source, target, replace(HOW, step_deg=step_deg)), found)
         for step_deg in (None, 30.0)
     )
     assert (alone.T_target_source == told.T_target_source).all()
@@ -250,5 +250,5 @@ def test_a_known_step_changes_nothing_where_the_views_agree_with_it(scene, found
 @pytest.mark.parametrize("step_deg", [77.0, -30.0])
 def test_views_that_decide_against_a_known_step_are_inconsistent(scene, found, step_deg):
     target, source, _ = scene.views
-    pair = register_competing(scene.pair(source, target, replace(HOW, step_deg=step_deg)), found, None)
+    pair = register_competing(scene.pair(source, target, replace(HOW, step_deg=step_deg)), found)
     assert pair.status == "inconsistent"

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orbitscan.processing.registration.ambiguity.symmetry import expand, is_among, is_turn, name_turn
 from orbitscan.processing.registration.covisibility import Explanation
 from orbitscan.processing.registration.pair import PairRegistration
-from orbitscan.processing.registration.symmetry import expand, is_among, is_turn, name_turn
 from orbitscan.processing.registration.unobservable import take_out
 from orbitscan.processing.results.estimates import Freedom, Symmetry
 from orbitscan.recorder import poses

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from orbitscan.processing.registration.ambiguity import find_freedoms, turn_around
+from orbitscan.processing.registration.ambiguity.free_motions import find_freedoms, turn_around
 from orbitscan.processing.registration.unobservable import SymmetrySettings, find_motions
 from orbitscan.processing.registration.verification import VerificationSettings
 from orbitscan.recorder import poses
@@ -29,7 +29,7 @@ class Object(Scene):
         self.x = T_camera_object[:3, 0]
 
     def motions(self):
-        gate = VerificationSettings().gate * self.scale.working
+        gate = VerificationSettings().encounter.gate * self.scale.working
         return find_motions(self.T(0, 1), self.source.surface.surfels, self.target.fine_target, gate)
 
     def freedoms(self):

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from orbitscan.processing.registration.ambiguity.symmetry import expand
 from orbitscan.processing.registration.pair import PairRegistration
-from orbitscan.processing.registration.symmetry import expand
 from orbitscan.processing.registration.unobservable import hold, turn_by_step
 from orbitscan.processing.registration.verification import status_of
 from orbitscan.processing.results.estimates import Freedom, PairEstimate

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orbitscan.processing.registration.symmetry import expand, is_among, is_turn, join, name_turn
+from orbitscan.processing.registration.ambiguity.symmetry import expand, is_among, is_turn, join, name_turn
 from orbitscan.processing.results.estimates import Freedom, Symmetry
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
