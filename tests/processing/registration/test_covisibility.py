@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from orbitscan.processing.registration.covisibility import CovisibilitySettings, Explanation, explain
+from orbitscan.processing.registration.encounter import EncounterSettings
 from orbitscan.recorder import poses
 from tests.geometry import scan
 from tests.processing.scene import Scene
@@ -19,7 +20,7 @@ def scene():
 
 
 def of(scene, T, source=None, target=None):
-    return explain(T, source or scene.views[1], target or scene.views[0], HOW)
+    return explain(T, source or scene.views[1], target or scene.views[0], EncounterSettings(), HOW)
 
 
 def test_the_right_pose_explains_what_both_see_as_noise_does(scene):
@@ -63,7 +64,7 @@ def test_without_a_sensors_place_nothing_is_seen_through():
     scene = Scene(scan(n_views=2, step_deg=30))
     views = [scene.prepare(scene.session.load(i), sensor_origin=None) for i in (0, 1)]
     wrong = poses.make(np.eye(3), [0, 0, -0.3 * scene.scale.diameter]) @ scene.T(0, 1)
-    assert np.isfinite(explain(wrong, views[1], views[0], HOW).squares).all()
+    assert np.isfinite(explain(wrong, views[1], views[0], EncounterSettings(), HOW).squares).all()
 
 
 def test_a_noisy_sensor_needs_more_to_refute_a_pose():

@@ -35,10 +35,15 @@ def test_before_the_surface_a_point_is_where_the_sensor_looked_through(scene):
     assert not (found.in_front & (found.met | found.unseen)).any()
 
 
-def test_beside_the_object_nothing_was_seen(scene):
+def test_beside_the_object_what_faces_the_sensor_should_have_been_seen(scene):
     found = at(scene, [2.0, 0, 0])
+    T = poses.make(np.eye(3), [2.0 * scene.scale.diameter, 0, 0]) @ scene.T(0, 1)
+    surfels = scene.views[1].judged_surfels
+    points, normals = poses.transform(T, surfels.points), poses.rotate(T, surfels.normals)
+    facing = -(points * normals).sum(axis=1) / np.linalg.norm(points, axis=1) > HOW.unseen_cosine
     assert not found.met.any()
-    assert found.unseen.mean() > 0.5
+    assert 0.1 < facing.mean() < 0.9
+    assert (found.unseen == facing).all()
 
 
 def test_without_a_sensors_place_only_surfaces_are_met(scene):
