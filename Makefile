@@ -5,7 +5,7 @@ ifeq ($(OS),Windows_NT)
 BIN := .venv/Scripts
 endif
 
-.PHONY: demo test lint bench bench-quick bench-memory bench-symmetry faults fuzz model picture clean
+.PHONY: demo test lint bench bench-quick bench-memory bench-symmetry bench-calibration faults fuzz model picture clean
 
 demo: .venv/installed
 	@$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
@@ -31,6 +31,10 @@ bench-memory: .venv/installed-dev
 # Whether `ok` can be believed on objects that repeat themselves: hours; QUICK=--quick takes minutes.
 bench-symmetry: .venv/installed-dev
 	$(BIN)/python -m tests.benchmarks.symmetry $(if $(QUICK),--quick)
+
+# Whether the bounds of poses can be believed.
+bench-calibration: .venv/installed-dev
+	$(BIN)/python -m tests.benchmarks.calibration
 
 # FIRST=7 COUNT=1 makes the damage of number 7 alone.
 fuzz: .venv/installed-dev

@@ -135,5 +135,5 @@ def register(
         matched[target] = Matches(indices, steps.estimate_pose(pair, indices))  # step 4: RANSAC, (4.8) to (4.22)
     if method == "ransac_icp":
         return steps.register_icp(pair, matched[target])  # step 5: ICP from the consensus (4.3)
-    estimate = steps.register_competing(pair, matched[target], hints.starts)  # ours, in the place of step 5
+    estimate = steps.register_competing(pair, matched[target], hints)  # ours, in the place of step 5
     return verify_usual(estimate, hints.usual, steps.settings.pair)

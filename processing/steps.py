@@ -1,12 +1,12 @@
 """The steps of the page on one session: each with its settings, in metres, and timed under its name."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from orbitscan.processing.features.keypoints import detect_keypoints
 from orbitscan.processing.features.shot import describe
+from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.registration import competition, icp
 from orbitscan.processing.registration.ambiguity.self_turns import find_self_turns
 from orbitscan.processing.registration.matching import match
@@ -75,9 +75,7 @@ class Steps:
         with self.watch("icp", "icp" if matches is None else "ransac_icp"):
             return icp.register_icp(pair, matches)
 
-    def register_competing(
-        self, pair: PairRegistration, matches: Matches, likely: Mapping[str, np.ndarray]
-    ) -> PairEstimate:
+    def register_competing(self, pair: PairRegistration, matches: Matches, hints: Hints) -> PairEstimate:
         """Ours, in the place of step 5: many starts compete, likely ones among them."""
         with self.watch.shared("refine"):
-            return competition.register_competing(pair, matches, likely)
+            return competition.register_competing(pair, matches, hints.starts, hints.only_ok)

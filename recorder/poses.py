@@ -68,6 +68,11 @@ def rotation_angle(R: np.ndarray) -> float:
     return float(2 * np.arcsin(min(1.0, chordal / (2 * np.sqrt(2)))))
 
 
+def angle_between(R_a: np.ndarray, R_b: np.ndarray) -> float:
+    """The angle [rad] between two rotations, which are taken to be exact."""
+    return float(2 * np.arcsin(min(1.0, float(np.linalg.norm(R_a - R_b)) / (2 * np.sqrt(2)))))
+
+
 def twist(R: np.ndarray, axis: np.ndarray) -> float:
     """The angle [rad], -pi to pi, by which a rotation turns about a unit axis (3,): R is that turn and then a swing."""
     x, y, z, w = Rotation.from_matrix(R).as_quat()

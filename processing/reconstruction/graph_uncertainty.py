@@ -12,9 +12,9 @@ from orbitscan.recorder import poses
 
 
 def measure_graph(
-    pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray], centers: Mapping[int, np.ndarray], origin: int
+    pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray], center: np.ndarray, origin: int
 ) -> dict[int, Uncertainty]:
-    """Measure the covariance of every pose T_0_i about a centre (3,) of its own, in frame {0}.
+    """Measure the covariance of every pose T_0_i about a centre (3,) in frame {0}.
 
     All pairs have a covariance, and connect all views to the origin. What a pair is off comes from the noise of both of
     its views, half from each; that of one view is alike in all its pairs, as far as these overlap with it.
@@ -53,10 +53,7 @@ def measure_graph(
                     effect += sign * Z[end].T @ pull
             effects.append(effect)
         covariance = _sum(pairs, effects)
-        x, y, z = centers[view]
-        J = np.eye(6)
-        J[3:, :3] = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
-        found[view] = Uncertainty(J @ covariance @ J.T, centers[view])
+        found[view] = Uncertainty(covariance, np.zeros(3)).about(center)
     return found
 
 

@@ -14,7 +14,7 @@ from orbitscan.processing.reconstruction.pose_graph import (
     viewing_direction,
 )
 from orbitscan.processing.reconstruction.self_registration import find_self_symmetries
-from orbitscan.processing.reconstruction.session_evidence import judge_views
+from orbitscan.processing.reconstruction.session_evidence import bound_centers, judge_views
 from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.registration.ambiguity.known_step import distrust, is_refuted
 from orbitscan.processing.registration.ambiguity.symmetry import find_agreed, join
@@ -66,10 +66,15 @@ def refine_jointly(
     graph.register_with_itself()
     solution, edges = graph.solution, graph.edges
     kept = [edge for edge, keep in zip(edges, solution.kept, strict=True) if keep]
-    views = [_estimate(view, solution, origin) for view in pairwise.views]
+    left_out = [edge for edge, keep in zip(edges, solution.kept, strict=True) if not keep]
+    contradicting = [edge for edge in (*left_out, *graph.refuted) if edge.status == Status.OK]
+    placed = [_estimate(view, solution, origin) for view in pairwise.views]
+    views = judge_views(placed, kept, origin, graph.diameter, contradicting)
+    shown = [_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)]
+    shown += [_mark(edge, keep=False) for edge in graph.refuted]
     return MethodResult.of(
-        judge_views(views, kept, origin, graph.diameter),
-        [*(_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)), *graph.refuted],
+        views,
+        bound_centers(shown, views),
         origin,
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
         freedoms=_find_freedoms(solution, edges, graph.diameter, settings),
@@ -145,7 +150,7 @@ class _Graph:
             if self._pair(edge).distance(edge.T_target_source, start) <= 1.0:
                 self.edges.append(edge)
             else:
-                self.refuted.append(_mark(edge, keep=False))
+                self.refuted.append(edge)
 
     def register_with_itself(self) -> None:
         """Find the symmetries of the whole object, and look for them in every edge: some seem to leave nothing open."""
@@ -167,7 +172,9 @@ class _Graph:
 
     def _register(self, source: int, target: int, starts: Mapping[str, np.ndarray]) -> PairEstimate:
         usual = UsualMisfit.of([edge for edge in self.edges if edge.status == Status.OK])
-        return self.judge(self.register(self.cache.get(source), self.cache.get(target), Hints(starts, usual)))
+        return self.judge(
+            self.register(self.cache.get(source), self.cache.get(target), Hints(starts, usual, only_ok=True))
+        )
 
     def _challenge(self, edge: PairEstimate) -> PairEstimate:
         """An edge, or what symmetries of the object make of it."""
@@ -195,7 +202,7 @@ def _estimate(view: ViewEstimate, solution: Solution, origin: int) -> ViewEstima
     T_0_i = solution.T_0.get(view.view)
     if T_0_i is None:
         lost = view.status if view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
-        return ViewEstimate(view.view, lost, None)
+        return ViewEstimate(view.view, lost, None, note=view.note)
     return ViewEstimate(view.view, Status.OK if view.view in solution.rigid else Status.AMBIGUOUS, T_0_i)
 
 

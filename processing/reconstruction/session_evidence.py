@@ -9,17 +9,22 @@ from dataclasses import replace
 
 import numpy as np
 
+from orbitscan.processing.reconstruction.disputes import find_disputed
 from orbitscan.processing.reconstruction.graph_uncertainty import measure_graph
+from orbitscan.processing.reconstruction.turntable import find_slips
 from orbitscan.processing.registration.ambiguity.known_step import distrust, is_refuted
 from orbitscan.processing.registration.competition import challenge
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.prepared_view import ViewCache
 from orbitscan.processing.results.estimates import MethodResult, PairEstimate, Symmetry, ViewEstimate
 from orbitscan.processing.results.status import Status
+from orbitscan.processing.results.uncertainty import Uncertainty
 from orbitscan.recorder import poses
 
 _STILL_DEG, _STILL_SHARE = 1.0, 0.01  # a view that turns and shifts (share of the diameter) by less stands still
 STILL = "nothing moves from view to view: what was registered may be what stands still"
+SLIPS = "it is {:.1f}° off an even turn that the views before and after keep to"
+DISPUTED = "a single pair connects it to the first view, and another pair that seems right says otherwise"
 
 
 def reconsider(
@@ -48,33 +53,84 @@ def reconsider(
             connected.add(view.view)
         views.append(replace(view, status=status))
     views = judge_views(views, pairs, origin, cache.get_surface(origin).scale.diameter)
-    return MethodResult.of(views, pairs, origin, symmetries=symmetries)
+    return MethodResult.of(views, bound_centers(pairs, views), origin, symmetries=symmetries)
 
 
 def judge_views(
-    views: Sequence[ViewEstimate], pairs: Sequence[PairEstimate], origin: int, diameter: float
+    views: Sequence[ViewEstimate],
+    pairs: Sequence[PairEstimate],
+    origin: int,
+    diameter: float,
+    contradicting: Sequence[PairEstimate] = (),
 ) -> list[ViewEstimate]:
     """Return views with their bounds, `ambiguous` where these allow an ok one to be wrong.
 
-    Where nothing moves from view to view they are `inconsistent`. `pairs` are those that nothing contradicts; the ok
-    ones connect all ok views. The diameter [m] is the object's.
+    `inconsistent` are views in dispute (see `disputes`), views that slip from an even turn (see `find_slips`), and all
+    where nothing moves. `pairs` are those that nothing contradicts; the ok ones connect all ok views. `contradicting`
+    are those that seem right but for the others. The diameter [m] is the object's.
     """
-    T_0 = {view.view: view.T_0_i for view in views if view.status == Status.OK and view.T_0_i is not None}
-    holding = [pair for pair in pairs if pair.status == Status.OK and pair.source in T_0 and pair.target in T_0]
-    centers = _find_centers(holding, T_0)
-    if len(T_0) > 1 and not any(_moves(T, centers[view], diameter) for view, T in T_0.items() if view != origin):
-        still = T_0.keys() - {origin}
-        return [replace(v, status=Status.INCONSISTENT, note=STILL) if v.view in still else v for v in views]
-    judged, bounds = [], measure_graph(holding, T_0, centers, origin)
-    for view in views:
-        if view.view == origin:
-            view = replace(view, rotation_bound_deg=0.0, center_bound_m=0.0)
-        elif known := bounds.get(view.view):
-            status = Status.OK if known.is_good(diameter) else Status.AMBIGUOUS
-            turn, shift = known.rotation_bound_deg, known.center_bound_m
-            view = replace(view, status=status, rotation_bound_deg=turn, center_bound_m=shift)
-        judged.append(view)
-    return judged
+    T_0 = _place_ok(views)
+    holding = _find_holding(pairs, T_0)
+    if not holding:
+        return [replace(v, rotation_bound_deg=0.0, center_bound_m=0.0) if v.view == origin else v for v in views]
+    center = find_center(holding, T_0)
+    doubts: dict[int, str] = {}
+    if not any(_moves(T, center, diameter) for T in T_0.values()):
+        doubts = dict.fromkeys(T_0.keys() - {origin}, STILL)
+    doubts |= {view: SLIPS.format(deg) for view, deg in find_slips(T_0).items() if view != origin}
+    doubts |= dict.fromkeys(find_disputed(_ends(holding), _ends(contradicting), origin), DISPUTED)
+    bounds = {origin: Uncertainty(np.zeros((6, 6)), center)} | measure_graph(holding, T_0, center, origin)
+    return [_judge(view, bounds.get(view.view), doubts.get(view.view), diameter) for view in views]
+
+
+def bound_centers(pairs: Sequence[PairEstimate], views: Sequence[ViewEstimate]) -> list[PairEstimate]:
+    """Return pairs, the shift that is possible at the object's middle in the place of that at the source's.
+
+    Where no view is ok nobody knows where the object's middle is.
+    """
+    T_0 = _place_ok(views)
+    holding = _find_holding(pairs, T_0)
+    if not holding:
+        return list(pairs)
+    center, moved = find_center(holding, T_0), []
+    for pair in pairs:
+        if pair.covariance is not None and pair.center is not None and pair.target in T_0:
+            in_target = poses.transform(poses.invert(T_0[pair.target]), center[None])[0]
+            known = Uncertainty(pair.covariance, pair.center).about(in_target)
+            pair = replace(pair, center_bound_m=known.center_bound_m)
+        moved.append(pair)
+    return moved
+
+
+def find_center(pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray]) -> np.ndarray:
+    """Find the middle (3,) of the object in frame {0}: the mean of the middles of what the pairs' sources show."""
+    middles = {p.source: poses.transform(T_0[p.target], p.center[None])[0] for p in pairs if p.center is not None}
+    return np.mean(list(middles.values()), axis=0)
+
+
+def _judge(view: ViewEstimate, known: Uncertainty | None, doubt: str | None, diameter: float) -> ViewEstimate:
+    """A view with its bounds; what speaks against it says why."""
+    if known is None or view.status != Status.OK:
+        return view
+    status = Status.OK if known.is_good(diameter) else Status.AMBIGUOUS
+    if doubt is not None:
+        return replace(view, status=Status.INCONSISTENT, note=doubt)
+    return replace(
+        view, status=status, rotation_bound_deg=known.rotation_bound_deg, center_bound_m=known.center_bound_m
+    )
+
+
+def _ends(pairs: Sequence[PairEstimate]) -> list[tuple[int, int]]:
+    return [(pair.source, pair.target) for pair in pairs]
+
+
+def _place_ok(views: Sequence[ViewEstimate]) -> dict[int, np.ndarray]:
+    return {view.view: view.T_0_i for view in views if view.status == Status.OK and view.T_0_i is not None}
+
+
+def _find_holding(pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray]) -> list[PairEstimate]:
+    """The ok pairs of ok views."""
+    return [pair for pair in pairs if pair.status == Status.OK and pair.source in T_0 and pair.target in T_0]
 
 
 def _challenge(
@@ -88,17 +144,6 @@ def _challenge(
         return pair
     views = PairRegistration(cache.get_surface(pair.source), cache.get_surface(pair.target), settings)
     return challenge(views, pair, [symmetry.moved(poses.invert(T_0_target)) for symmetry in symmetries])
-
-
-def _find_centers(pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray]) -> dict[int, np.ndarray]:
-    """Find for each view the middle of its points (3,), in frame {0}: of a pair's source, where it is one."""
-    centers: dict[int, np.ndarray] = {}
-    for pair in pairs:
-        if pair.center is not None:
-            center = poses.transform(T_0[pair.target], pair.center[None])[0]
-            centers[pair.source] = center
-            centers.setdefault(pair.target, center)
-    return centers
 
 
 def _moves(T_0_i: np.ndarray, center: np.ndarray, diameter: float) -> bool:

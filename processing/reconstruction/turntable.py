@@ -7,7 +7,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.results.records import Turntable, TurntableDeviation
+from orbitscan.processing.results.status import WRONG_DEG
 from orbitscan.recorder import poses
+
+_FEWEST_EVEN = 6  # views that tell whether most steps agree
+_EVEN_DEG = 1.0  # steps agree that differ by no more
 
 
 @dataclass(frozen=True)
@@ -56,3 +60,24 @@ def fit_turntable(T_0: Mapping[int, np.ndarray], settings: TurntableSettings) ->
         for view, s, w, shift in zip(views, slip, wobble, shifts, strict=True)
     )
     return Turntable(axis, point, step, deviations)
+
+
+def find_slips(T_0: Mapping[int, np.ndarray], settings: TurntableSettings | None = None) -> dict[int, float]:
+    """Find the views (poses T_0_i, in capture order) that slip from an otherwise even turn: by how many degrees.
+
+    Where most steps agree, such a view has turned more or less than both of its neighbours, which agree. A turntable
+    that was moved once, and a second turn that begins elsewhere, are even before and after it.
+    """
+    turntable = fit_turntable(T_0, settings or TurntableSettings())
+    if turntable is None or len(turntable.deviations) < _FEWEST_EVEN:
+        return {}
+    slips = np.array([deviation.slip_deg for deviation in turntable.deviations])
+    uneven = np.abs((np.diff(slips) + 180) % 360 - 180)
+    if np.mean(uneven <= _EVEN_DEG) <= 0.5:
+        return {}
+    found = {}
+    for before, deviation, after in zip(slips[:-2], turntable.deviations[1:-1], slips[2:], strict=True):
+        off = [(deviation.slip_deg - other + 180) % 360 - 180 for other in (before, after)]
+        if min(map(abs, off)) > WRONG_DEG and abs(off[0] - off[1]) <= _EVEN_DEG:
+            found[deviation.view] = abs(off[0])
+    return found

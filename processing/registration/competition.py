@@ -29,13 +29,14 @@ from orbitscan.processing.results.status import Status
 
 
 def register_competing(
-    pair: PairRegistration, matches: Matches, likely: Mapping[str, np.ndarray] | None = None
+    pair: PairRegistration, matches: Matches, likely: Mapping[str, np.ndarray] | None = None, only_ok: bool = False
 ) -> PairEstimate:
     """Register a pair our way: starts compete, geometry verifies where they end, the winner is aligned on all surfels.
 
     The starts are the identity, likely poses T_target_source by their names (`previous`, the camera's last step, only
     where the settings say so) and what the matches propose. Where they lead to no pose that is believed, or to several,
-    more matches and more of their proposals get a second look.
+    more matches and more of their proposals get a second look; but where `only_ok` is of use, several poses are not
+    looked at further.
     """
     settings, source, target = pair.settings, pair.source, pair.target
     starts = {"identity": np.eye(4)} if "identity" in settings.starts else {}
@@ -46,7 +47,8 @@ def register_competing(
         starts["ransac"] = matches.consensus.T_target_source
     first = starts | _name(propose(source, target, matches.indices, settings.proposals))
     best = _compete(pair, first, matches)
-    if best.status == Status.OK or (best.status.is_believed and not (best.symmetries or best.alternatives)):
+    several = bool(best.symmetries or best.alternatives) and not only_ok
+    if best.status == Status.OK or (best.status.is_believed and not several):
         return best
     more = match(source.descriptors, target.descriptors, settings.thorough_matching)
     thorough = _name(propose(source, target, more, settings.thorough))
@@ -119,7 +121,7 @@ def register_from(
         alternatives=orbit.alternatives,
         margin=orbit.margin,
     )
-    return use_step(pair, estimate.with_uncertainty(known_to))
+    return verify_scale(pair, use_step(pair, estimate.with_uncertainty(known_to)))
 
 
 def challenge(pair: PairRegistration, estimate: PairEstimate, suspected: Sequence[Symmetry]) -> PairEstimate:
@@ -138,6 +140,16 @@ def challenge(pair: PairRegistration, estimate: PairEstimate, suspected: Sequenc
         alternatives=orbit.alternatives,
     )
     return use_step(pair, left)
+
+
+def verify_scale(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
+    """Return an estimate, as `inconsistent` if it is ok but for the size of its views: no pose makes up for that."""
+    if estimate.status != Status.OK or estimate.T_target_source is None:
+        return estimate
+    difference = pair.measure_scale(estimate.T_target_source)
+    if difference is None or not difference.is_certain:
+        return estimate
+    return replace(estimate, status=Status.INCONSISTENT, note=str(difference))
 
 
 def verify_usual(pair: PairEstimate, usual: UsualMisfit | None, settings: PairSettings) -> PairEstimate:

@@ -1,6 +1,7 @@
 """Correspondences of surfels: for each one of a view, the nearest of another view that faces the same way."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,11 +34,16 @@ def find_correspondences(points: np.ndarray, normals: np.ndarray, target: Target
     where there is none: (N,) int.
     """
     found = np.empty(len(points), np.int64)
-    if len(points) < _SERIAL_BELOW:
-        _fill_nearest(0, len(points), points, normals, target, gate, found)
-    else:
-        over_slices(_fill_nearest, len(points), points, normals, target, gate, found)
+    over_points(_fill_nearest, len(points), points, normals, target, gate, found)
     return found
+
+
+def over_points(function: Callable[..., None], count: int, *arguments: Any) -> None:
+    """Call a kernel for so many points, as `over_slices` does where there are enough to share."""
+    if count < _SERIAL_BELOW:
+        function(0, count, *arguments)
+    else:
+        over_slices(function, count, *arguments)
 
 
 @kernel

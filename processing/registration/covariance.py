@@ -28,9 +28,9 @@ def measure_uncertainty(
 
     How the pull changes when the pose is moved by a step [m] either way tells how firmly it is held: surfels find
     others then, so noise of normals is not taken for relief, nor what a gate cuts off for certainty. A patch [m] is
-    what residuals are alike in; those twice and four times as wide are looked at too, and the most is believed.
+    what residuals are alike in.
     """
-    here = _pull(problem, T_target_source)
+    here = find_pulls(problem, T_target_source)
     if len(here.places) < 6 * _LEAST_PATCHES:
         return None
     reach = float(np.sqrt(((here.places - center) ** 2).sum(axis=1).mean()))
@@ -38,7 +38,7 @@ def measure_uncertainty(
 
     def change(direction: np.ndarray, size: float) -> np.ndarray:
         """How the pull (6,) changes along a direction (6,), per metre, within so many metres [m] either way."""
-        moved = [_motion(sign * size * direction * units, center) @ T_target_source for sign in (1, -1)]
+        moved = [move(sign * size * direction * units, center) @ T_target_source for sign in (1, -1)]
         there, back = (normal_equations(problem, T, center)[1] * units for T in moved)
         return (there - back) / (2 * size)
 
@@ -51,30 +51,26 @@ def measure_uncertainty(
             values[k] = direction @ change(direction, longer)
     inverse = vectors / np.maximum(values, _LEAST_INFORMATION * usual) @ vectors.T
     pulls = here.each(center) * units
-    cells = here.places / patch
-    candidates = [
-        inverse @ scatter @ inverse for size in (1, 2, 4) if (scatter := _scatter(cells / size, pulls)) is not None
-    ]
-    if not candidates:
-        return None
-    covariance = max(candidates, key=np.trace)
-    return Uncertainty(covariance * units[:, None] * units, center)
+    covariance = spread(inverse, pulls, here.places / patch)
+    return None if covariance is None else Uncertainty(covariance * units[:, None] * units, center)
 
 
-class _Pull(NamedTuple):
+class Pulls(NamedTuple):
     """What each corresponding surfel pulls at a pose: along which direction, how strongly, and where."""
 
     places: np.ndarray  # (N, 3) in the target's frame
     along: np.ndarray  # (N, 3) unit
-    strength: np.ndarray  # (N,)
+    residuals: np.ndarray  # (N,) [m]
+    weights: np.ndarray  # (N,)
 
     def each(self, center: np.ndarray) -> np.ndarray:
         """(N, 6) pulls at a turn about the centre and at a shift."""
         pulls = np.hstack([np.cross(self.places - center, self.along), self.along])
-        return pulls * self.strength[:, None]
+        return pulls * (self.weights * self.residuals)[:, None]
 
 
-def _pull(problem: Problem, T: np.ndarray) -> _Pull:
+def find_pulls(problem: Problem, T: np.ndarray) -> Pulls:
+    """Find what pulls at a pose T_target_source, as the alignment's normal equations sum it up."""
     points, normals = poses.transform(T, problem.points), poses.rotate(T, problem.normals)
     target = problem.target
     found = find_correspondences(points, normals, target, problem.gate)
@@ -88,16 +84,29 @@ def _pull(problem: Problem, T: np.ndarray) -> _Pull:
     near, at, residual, along = near[kept], at[kept], residual[kept], along[kept]
     variance = problem.variances[near] + target.variances[at]
     weight = 1.0 / (1.0 + residual**2 / (problem.cutoff_squared * variance))
-    return _Pull(points[near], along, weight**2 / variance * residual)
+    return Pulls(points[near], along, residual, weight**2 / variance)
 
 
-def _motion(x: np.ndarray, center: np.ndarray) -> np.ndarray:
+def spread(inverse: np.ndarray, pulls: np.ndarray, cells: np.ndarray) -> np.ndarray | None:
+    """The covariance (k, k) of what pulls (N, k) determine, by the inverse of their information; None for too few.
+
+    The places (N, 3) of pulls are in units of a patch; patches twice and four times as wide are looked at too, and the
+    most is believed.
+    """
+    candidates = [
+        inverse @ scatter @ inverse for size in (1, 2, 4) if (scatter := _scatter(cells / size, pulls)) is not None
+    ]
+    return max(candidates, key=np.trace, default=None)
+
+
+def move(x: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """A turn and a shift (6,) about a centre (3,), as a motion (4, 4)."""
     R = Rotation.from_rotvec(x[:3]).as_matrix()
     return poses.make(R, center + x[3:] - R @ center)
 
 
 def _scatter(cells: np.ndarray, pulls: np.ndarray) -> np.ndarray | None:
-    """The scatter (6, 6) of the sums of pulls (N, 6) over patches, by places (N, 3) in units of one."""
+    """The scatter (k, k) of the sums of pulls (N, k) over patches, by places (N, 3) in units of one."""
     _, patch = np.unique(np.floor(cells).astype(np.int64), axis=0, return_inverse=True)
     count = int(patch.max()) + 1
     if count < _LEAST_PATCHES:

@@ -6,7 +6,9 @@ import numpy as np
 from scipy.ndimage import minimum_filter
 
 from orbitscan.recorder import poses
+from orbitscan.recorder.kernels import kernel
 
+IN_FRONT, UNSEEN = 1, 2  # what a point may be
 _MAX_PIXELS = 4_000_000  # of a range image; a stray point far off makes the pixels coarser, not the image larger
 _NEAR = 3  # pixels across: a surface may be as near as the nearest of this neighbourhood
 _HOLE = 5  # pixels across: nothing was seen where such a neighbourhood is empty
@@ -54,15 +56,37 @@ def look_up(image: RangeImage, points: np.ndarray, tolerance: float) -> tuple[np
     In front: nearer to the sensor than all it saw in that direction, by more than the tolerance [m]. Unseen: where the
     sensor saw nothing at all, be it the background or a surface it failed to measure.
     """
-    local = poses.transform(image.T_image_view, points)
-    ahead = local[:, 2] > 0
-    pixels = np.floor((local[:, :2] / np.where(ahead, local[:, 2], 1.0)[:, None] - image.low) / image.size)
+    seen = np.empty(len(points), np.int64)
+    _look_each(0, len(points), image, points, tolerance, seen)
+    return seen == IN_FRONT, seen == UNSEEN
+
+
+@kernel
+def look(image: RangeImage, p: np.ndarray, tolerance: float) -> int:
+    """Tell what a point (3,) in the view's frame is: IN_FRONT or UNSEEN, see `look_up`, else 0."""
+    T = image.T_image_view
+    x = p[0] * T[0, 0] + p[1] * T[0, 1] + p[2] * T[0, 2] + T[0, 3]
+    y = p[0] * T[1, 0] + p[1] * T[1, 1] + p[2] * T[1, 2] + T[1, 3]
+    z = p[0] * T[2, 0] + p[1] * T[2, 1] + p[2] * T[2, 2] + T[2, 3]
+    if z <= 0.0:
+        return UNSEEN
+    column, row = np.floor((x / z - image.low[0]) / image.size), np.floor((y / z - image.low[1]) / image.size)
     height, width = image.near.shape
-    inside = ahead & (pixels >= 0).all(axis=1) & (pixels < (width, height)).all(axis=1)
-    columns, rows = np.where(inside[:, None], pixels, 0).astype(np.int64).T
-    near = np.where(inside, image.near[rows, columns], np.inf)
-    in_front = np.isfinite(near) & (local[:, 2] < near - tolerance)
-    return in_front, ~inside | image.empty[rows, columns]
+    if column < 0 or row < 0 or column >= width or row >= height:
+        return UNSEEN
+    i, j = int(row), int(column)
+    if z < image.near[i, j] - tolerance and np.isfinite(image.near[i, j]):
+        return IN_FRONT
+    return UNSEEN if image.empty[i, j] else 0
+
+
+@kernel
+def _look_each(
+    start: int, stop: int, image: RangeImage, points: np.ndarray, tolerance: float, seen: np.ndarray
+) -> None:
+    """Fill the rows [start, stop) of seen (N,), what points (N, 3) are."""
+    for i in range(start, stop):
+        seen[i] = look(image, points[i], tolerance)
 
 
 def _look_at(eye: np.ndarray, center: np.ndarray) -> np.ndarray:

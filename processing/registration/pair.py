@@ -12,6 +12,7 @@ from orbitscan.processing.registration.hypotheses import StartSettings
 from orbitscan.processing.registration.matching import MatchSettings
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import Matches
+from orbitscan.processing.registration.scale_difference import ScaleDifference, measure_scale
 from orbitscan.processing.registration.surface_icp import Refined, RefinementSettings
 from orbitscan.processing.registration.unobservable import Motion, SymmetrySettings
 from orbitscan.processing.registration.verification import Verification, VerificationSettings
@@ -67,7 +68,7 @@ class PairRegistration:
 
     def center(self, T: np.ndarray) -> np.ndarray:
         """The source's centre (3,) under a pose, in the target's frame."""
-        return poses.transform(T, self.source.coarse_surfels.points.mean(axis=0)[None])[0]
+        return poses.transform(T, self.source.middle[None])[0]
 
     def align_coarsely(self, starts: np.ndarray, gate: float, deviation: float) -> np.ndarray:
         """Align the coarse surfels from each start (B, 4, 4) to (B, 4, 4); gate and deviation are in multiples of w."""
@@ -99,6 +100,13 @@ class PairRegistration:
         patch, target = self.source.patch_size, self.target.fine_target
         problem = surface_icp.fine_problem(self.source.judged_surfels, target, w, how)
         return covariance.measure_uncertainty(problem, refined.T_target_source, refined.center, patch, _STEP * w)
+
+    def measure_scale(self, T: np.ndarray) -> ScaleDifference | None:
+        """Measure how much larger the source is than the target, from an aligned pose; None where they hardly meet."""
+        problem = surface_icp.fine_problem(
+            self.source.judged_surfels, self.target.fine_target, self.w, self.settings.refinement
+        )
+        return measure_scale(problem, T, self.source.patch_size)
 
     def distance(self, T_a: np.ndarray, T_b: np.ndarray) -> float:
         """Measure how different two poses are: 1 where they just count as distinct."""

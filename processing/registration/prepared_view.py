@@ -45,6 +45,11 @@ class PreparedView:
         return self.surface.surfels.thinned(self.settings.coarse_points)
 
     @cached_property
+    def middle(self) -> np.ndarray:
+        """The middle (3,) of what it shows."""
+        return self.coarse_surfels.points.mean(axis=0)
+
+    @cached_property
     def judged_surfels(self) -> Surfels:
         """Surfels that stand for all when a pose is judged."""
         return self.surface.surfels.thinned(self.settings.judged_points)

@@ -11,6 +11,7 @@ from orbitscan.processing.registration.surface_icp import Refined
 from orbitscan.processing.registration.unobservable import take_out
 from orbitscan.processing.registration.verification import Verification, VerificationSettings
 from orbitscan.processing.results.estimates import Freedom
+from orbitscan.recorder import poses
 
 _SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place
 _WORTH = 0.75  # of what is asked of a pose, of a coarse one that is aligned on all surfels
@@ -147,8 +148,7 @@ def _differ(pair: PairRegistration, a: Trial, b: Trial) -> bool:
 
 def is_rival(pair: PairRegistration, trial: Trial, best: Trial, freedoms: Sequence[Freedom]) -> bool:
     """Whether a pose differs from the best by more than the motions that are free anyway."""
-    center = (best.T @ np.append(pair.source.coarse_surfels.points.mean(axis=0), 1.0))[:3]
-    T = take_out(trial.T @ np.linalg.inv(best.T), freedoms, center) @ best.T
+    T = take_out(trial.T @ poses.invert(best.T), freedoms, pair.center(best.T)) @ best.T
     return pair.distance(T, best.T) > 1.0
 
 

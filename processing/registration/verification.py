@@ -134,9 +134,9 @@ def status_of(found: Verification, settings: VerificationSettings, nearly_slides
 
 def distance(T_a: np.ndarray, T_b: np.ndarray, source: PreparedView, settings: VerificationSettings) -> float:
     """Measure how different two poses of the source are: 1 where they just count as distinct."""
-    center = source.coarse_surfels.points.mean(axis=0)[None]
-    turned = np.degrees(poses.rotation_angle(T_a[:3, :3].T @ T_b[:3, :3]))
-    shifted = float(np.linalg.norm(poses.transform(T_a, center) - poses.transform(T_b, center)))
+    apart = T_a - T_b
+    turned = np.degrees(poses.angle_between(T_a[:3, :3], T_b[:3, :3]))
+    shifted = float(np.linalg.norm(apart[:3, :3] @ source.middle + apart[:3, 3]))
     return max(turned / settings.distinct_deg, shifted / (settings.distinct_shift * source.scale.diameter))
 
 

@@ -148,7 +148,7 @@ class PairEstimate(_ErrorsInline):
     # (6, 6) as the information's, about the same centre: as the residuals scatter
     covariance: Annotated[Array | None, Field(exclude=True)] = None
     rotation_bound_deg: float | None = None  # within which the turn is right with 95 % probability
-    center_bound_m: float | None = None  # the same of the centre of the source's points
+    center_bound_m: float | None = None  # the same of the centre of the object
     note: str | None = None  # what else is to be said of its status
     errors: PairErrors = field(default_factory=PairErrors)
 
@@ -202,7 +202,7 @@ class ViewEstimate(_ErrorsInline):
     status: Status
     T_0_i: Array | None  # (4, 4), metres
     rotation_bound_deg: float | None = None  # within which it is right with 95 % probability; None: nobody can tell
-    center_bound_m: float | None = None  # the same of the centre of its points
+    center_bound_m: float | None = None  # the same of the centre of the object
     note: str | None = None  # what else is to be said of its status
     errors: ViewErrors = field(default_factory=ViewErrors)
     pair: tuple[int, int] | None = None  # source and target of the pair that speaks for it; None where none does

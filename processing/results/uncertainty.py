@@ -29,6 +29,13 @@ class Uncertainty:
         """The distance within which the centre is right with 95 % probability."""
         return bound(self.covariance[3:, 3:])
 
+    def about(self, center: np.ndarray) -> "Uncertainty":
+        """The same about another centre (3,), in the same frame: what is turned wrongly shifts it."""
+        x, y, z = center - self.center
+        J = np.eye(6)
+        J[3:, :3] = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+        return Uncertainty(J @ self.covariance @ J.T, center)
+
     def is_good(self, diameter: float) -> bool:
         """Whether what may be off is no more than what makes an estimate wrong; the diameter [m] is the object's."""
         return self.rotation_bound_deg <= WRONG_DEG and self.center_bound_m <= WRONG_SHARE * diameter

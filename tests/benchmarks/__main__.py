@@ -17,10 +17,11 @@ from tests.benchmarks.sessions import Case
 
 
 def whole(seeds: range) -> list[Case]:
-    """Every object, step and noise; unknown starts; other sizes and numbers of points; the anchor."""
+    """Every object, step and noise; unknown starts; other paths, sizes and numbers of points; the anchor."""
     objects, steps = sessions.available(), (20, 40, 60)
     cases = [Case(*chosen) for chosen in product(objects, steps, (0.0, 0.5, 1.0, 2.0), seeds)]
     cases += [Case(o, step, seed=s, random_frames=True) for o, step, s in product(objects, steps, seeds)]
+    cases += [Case(o, 20, seed=s, path=path) for o, path, s in product(objects, ("uneven", "random"), seeds)]
     cases += [Case(o, step, size=size) for o, step, size in product(("robot", "coffee_mug"), (20, 60), (0.05, 2.0))]
     cases += [Case("statue", 20, points=points, views=6) for points in (5000, 15_000, 45_000, 90_000)]
     cases += [Case(targets.ANCHOR, 20, points=targets.ANCHOR_POINTS, seed=s) for s in range(max(3, len(seeds)))]
@@ -31,6 +32,7 @@ def slice_of_it() -> list[Case]:
     """What `--quick` registers."""
     cases = [Case(o, step, views=5) for o, step in product(("robot", "statue", "bowl"), (20, 40, 60))]
     cases += [Case("robot", 40, views=5, random_frames=True), Case("cap", 40, 0.0, views=3)]
+    cases += [Case("helicopter", 20, views=5, path="uneven")]
     return [*cases, Case(targets.ANCHOR, 20, points=targets.ANCHOR_POINTS)]
 
 

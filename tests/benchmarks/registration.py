@@ -178,9 +178,9 @@ def main() -> None:
 def _cases(options: argparse.Namespace) -> list[Case]:
     """The product of all that is chosen."""
     return [
-        Case(name, step, noise, seed, options.random_frames, size, points, options.views, options.outliers)
-        for seed, name, step, noise, size, points in product(
-            options.seeds, options.objects, options.steps, options.noise, options.sizes, options.points
+        Case(name, step, noise, seed, options.random_frames, size, points, options.views, options.outliers, path)
+        for seed, path, name, step, noise, size, points in product(
+            options.seeds, options.paths, options.objects, options.steps, options.noise, options.sizes, options.points
         )
     ]
 
@@ -196,6 +196,7 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--seeds", type=_seeds, default=range(1), help="how many, or a range 3:5")
     parser.add_argument("--sizes", type=several(float), default=[None], help="the object's diameter in m")
     parser.add_argument("--points", type=several(int), default=[None], help="a view, about")
+    parser.add_argument("--paths", type=several(str), default=["turn"], help="of the camera: turn, uneven, random")
     parser.add_argument("--views", type=int, help="only the first ones")
     parser.add_argument("--outliers", type=float, default=0.01, help="share of the points")
     parser.add_argument("--random-frames", action="store_true", help="every view turned at random")

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -9,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import Session, in_memory
 from orbitscan.recorder.simulation import objects
-from orbitscan.recorder.simulation.camera import simulate
+from orbitscan.recorder.simulation.camera import Camera, simulate
 from tests.benchmarks import scene as scenes
 from tests.benchmarks.floor import Information, inform, pair_variance
 from tests.benchmarks.scene import Scene
@@ -20,6 +21,9 @@ OBJECTS = (
 )  # fmt: skip
 ASYMMETRIC = ("robot", "statue", "helicopter", "vacuum_cleaner")  # nobody may call a motion of these free
 FOCAL = 525.0  # [pixels]
+UNEVEN_DEG = 8.0  # by which a step of an uneven path is more or less, at most
+ELEVATIONS_DEG = 10.0, 60.0  # between which random viewpoints lie
+Path = Literal["turn", "uneven", "random"]  # equal steps, steps of a hand, viewpoints anywhere in no order
 MIN_POINTS = 5000  # of a view, about: where the usual focal length gives fewer, it is longer
 
 
@@ -36,13 +40,12 @@ class Case:
     points: int | None = None  # of a view, about, by the focal length; None: what the usual one gives
     views: int | None = None  # only the first ones; None: the whole turn
     outliers: float = 0.01  # share of the points put anywhere in the view's bounding box
+    path: Path = "turn"  # of the camera, from view to view
 
     def __str__(self) -> str:
         extras = [f"{self.points} points" * bool(self.points), f"{self.size} m" * bool(self.size)]
-        frames = "random frames" * self.random_frames
-        return ", ".join(
-            filter(None, [f"{self.object} {self.step} deg {self.noise:g} mm seed {self.seed}", *extras, frames])
-        )
+        extras += ["random frames" * self.random_frames, f"{self.path} path" * (self.path != "turn")]
+        return ", ".join(filter(None, [f"{self.object} {self.step} deg {self.noise:g} mm seed {self.seed}", *extras]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +111,7 @@ def build(case: Case) -> Scan:
     focal = _focal_for(case.object, instance, case.points)
     scale = 1.0 if case.size is None else case.size / scene.diameter
     count = round(360 / case.step)
-    rendered = simulate(case.object, instance=instance, views=count, noise_mm=case.noise, focal=focal, seed=case.seed)
+    rendered = _render(case, count, instance=instance, noise_mm=case.noise, focal=focal)
     indices = range(min(count, case.views or count))
     views, truth, seen = [], {}, []
     for i in indices:
@@ -131,6 +134,26 @@ def build(case: Case) -> Scan:
         scale=scale,
         T_object_camera=tuple(rendered.truth()[i] for i in indices),
     )
+
+
+def _render(case: Case, count: int, **how: Any) -> Session:
+    """The session before anything is done to its points."""
+    if case.path == "turn":
+        return simulate(case.object, views=count, seed=case.seed, **how)
+    generator = np.random.default_rng([case.seed, 3])
+    if case.path == "uneven":
+        steps = generator.uniform(case.step - UNEVEN_DEG, case.step + UNEVEN_DEG, count)
+        places = [(azimuth, 30.0) for azimuth in np.cumsum(steps)]
+    else:
+        places = list(zip(generator.uniform(0, 360, count), generator.uniform(*ELEVATIONS_DEG, count), strict=True))
+    views, truth = [], {}
+    for i, (azimuth, elevation) in enumerate(places):
+        camera = Camera(views=1, start_deg=azimuth, elevation_deg=elevation, seed=1000 * case.seed + i)
+        alone = simulate(case.object, camera=camera, **how)
+        views.append(replace(alone.load(0), index=i, name=f"view_{i:03d}"))
+        truth[i] = alone.truth()[0]
+    info = replace(alone.info, views=count, capture="unknown", elevation_deg=None, views_per_turn=None)
+    return in_memory(info, views, truth)
 
 
 def _with_outliers(points: np.ndarray, case: Case, index: int) -> tuple[np.ndarray, np.ndarray]:

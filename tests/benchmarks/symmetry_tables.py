@@ -27,12 +27,12 @@ order       that the whole session declares about the vertical axis: exact, a mu
 
 def wrong(score: Score, method: str) -> list[ViewScore]:
     """The views of a session that are called ok and are not."""
-    return [view for view in score.methods[method].views if view.status == Status.OK and _is_off(view, score.diameter)]
+    return [view for view in score.methods[method].views if view.status == Status.OK and is_off(view, score.diameter)]
 
 
 def in_orbit(score: Score, pair: PairScore) -> bool:
     """Whether the truth is among the poses that a pair leaves open."""
-    return not _is_off(pair, score.diameter)
+    return not is_off(pair, score.diameter)
 
 
 def in_bound(score: Score, pair: PairScore) -> bool:
@@ -106,7 +106,7 @@ def _ok(scores: Sequence[Score]) -> Table:
         ok, bad = statuses.count(Status.OK), sum(len(wrong(score, method)) for score in mine)
         name = f"{method}, {kind}, {_told(known)}"
         ambiguous = statuses.count(Status.AMBIGUOUS)
-        rows.append([name, len(mine), len(statuses), ambiguous, ok, bad, _interval(bad, ok)])
+        rows.append([name, len(mine), len(statuses), ambiguous, ok, bad, show_interval(bad, ok)])
     return Table("views", ("", "sessions", "views", "ambiguous", "ok", "wrong", "wrong of ok (95 %)"), rows)
 
 
@@ -120,7 +120,7 @@ def _orbits(scores: Sequence[Score]) -> Table:
         bound = sum(not right and in_bound(*pair) for right, pair in zip(granted, pairs, strict=True))
         held = sum(granted) + bound
         name = f"{method}, {kind}, {_told(known)}"
-        rows.append([name, len(pairs), sum(granted), bound, len(pairs) - held, _interval(held, len(pairs))])
+        rows.append([name, len(pairs), sum(granted), bound, len(pairs) - held, show_interval(held, len(pairs))])
     return Table("ambiguous pairs", ("", "pairs", "in orbit", "in bound", "outside", "in either (95 %)"), rows)
 
 
@@ -179,13 +179,15 @@ def _targets(found: Found, quick: bool) -> Table:
     for method in RUN:
         ok = sum(view.status == Status.OK for score in symmetric for view in score.methods[method].views)
         bad = sum(len(wrong(score, method)) for score in symmetric)
-        rows.append([f"{method}: wrong of ok views, solids and mugs", "0", _interval(bad, ok), _verdict(not bad, ok)])
+        rows.append(
+            [f"{method}: wrong of ok views, solids and mugs", "0", show_interval(bad, ok), _verdict(not bad, ok)]
+        )
         if not quick:
             rows.append([f"{method}: of these views", f">= {OK_VIEWS:,}", ok, _verdict(ok >= OK_VIEWS, symmetric)])
         pairs = sum(len(_ambiguous(score, method)) for score in symmetric)
         held = pairs - sum(len(outside(score, method)) for score in symmetric)
         limit, met = f">= {100 * ORBIT_SHARE:g} %", held >= ORBIT_SHARE * pairs
-        rows.append([f"{method}: truth in orbit or bound", limit, _interval(held, pairs), _verdict(met, pairs)])
+        rows.append([f"{method}: truth in orbit or bound", limit, show_interval(held, pairs), _verdict(met, pairs)])
         bad = sum(score.methods[method].claims for score in controls)
         shown = f"{bad} in {len(controls)} sessions" if controls else "not measured"
         rows.append([f"{method}: motions and orders declared of controls", "0", shown, _verdict(not bad, controls)])
@@ -196,12 +198,12 @@ def _targets(found: Found, quick: bool) -> Table:
     told = [name_order(score) == "exact" for score in _where(scores, False, "solids") if score.case.has_relief]
     limit, met = f">= {100 * ORDER_SHARE:g} %", sum(told) >= ORDER_SHARE * len(told)
     what = "refined: order exact, relief above noise, step unknown"
-    rows.append([what, limit, _interval(sum(told), len(told)), _verdict(met, told)])
+    rows.append([what, limit, show_interval(sum(told), len(told)), _verdict(met, told)])
     rows.append(["sessions that broke", "0", len(found.broken), _verdict(not found.broken, True)])
     return Table("what it must show", ("", "limit", "measured", ""), rows)
 
 
-def _interval(count: int, of: int) -> str:
+def show_interval(count: int, of: int) -> str:
     """A share with its 95 % interval (Clopper-Pearson, which is never too narrow)."""
     if not of:
         return "none of none"
@@ -236,7 +238,7 @@ def _lines(found: Found, which: Literal["wrong", "outside"]) -> list[str]:
     return lines
 
 
-def _is_off(entry: ViewScore | PairScore, diameter: float) -> bool:
+def is_off(entry: ViewScore | PairScore, diameter: float) -> bool:
     """Whether it is off the truth by more than is right, or has no pose."""
     if entry.degrees is None or entry.metres is None:
         return True

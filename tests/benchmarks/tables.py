@@ -21,7 +21,7 @@ s/pair      median seconds from points to pose, a view prepared once"""
 def show(pairs: Sequence[PairScore], wholes: Sequence[SessionScore], with_seconds: bool) -> None:
     """Print all tables of a run: by each property in which its sessions differ, then of all."""
     print(LEGEND)
-    for name in ("noise", "size", "points", "random_frames", "step"):
+    for name in ("noise", "size", "points", "random_frames", "path", "step"):
         values = {getattr(pair.case, name) for pair in pairs}
         for value in sorted(values, key=str) if len(values) > 1 else ():
             chosen = _where(pairs, **{name: value}), _where(wholes, **{name: value})

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from orbitscan.processing.pipeline import prepare_view
+from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.results.estimates import Evidence, PairEstimate
@@ -56,7 +57,7 @@ class Scene:
 
     def register(self, source, target):
         """The pose of two prepared views of which nothing is known."""
-        return self.steps().register_competing(self.pair(source, target), self.correspond(source, target), {})
+        return self.steps().register_competing(self.pair(source, target), self.correspond(source, target), Hints())
 
 
 def edge(source, target, T, center=None, **fields):

@@ -200,3 +200,13 @@ def test_where_nothing_moves_no_view_is_ok():
     for method in ("pairwise", "refined"):
         assert statuses(found[method]) == ["ok", "inconsistent", "inconsistent"]
         assert all("nothing moves" in view.note for view in found[method].views[1:])
+
+
+def test_a_view_of_another_size_is_not_ok_and_says_so(arc):
+    """A camera that measures 3 % more than the others, or a unit that is nearly another: no pose makes up for it."""
+    view = arc.load(2)
+    larger = replace(view, points=(1.03 * view.points).astype(np.float32))
+    found = run(rearranged(arc, [0, 1, 2, 3, 4], {2: larger}))
+    for method in ("pairwise", "refined"):
+        assert [view.view for view in found[method].views if view.status != "ok"] == [2]
+        assert "% larger" in found[method].views[2].note

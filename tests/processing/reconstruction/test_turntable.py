@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitscan.processing.reconstruction.turntable import TurntableSettings, fit_turntable
+from orbitscan.processing.reconstruction.turntable import TurntableSettings, find_slips, fit_turntable
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
 
@@ -113,3 +113,30 @@ def test_too_few_views_or_too_small_a_turn_are_no_turntable():
     assert fit_turntable(turned(axis, point, 30, range(3)), HOW) is not None
     assert fit_turntable(turned(axis, point, 1, range(5)), HOW) is None
     assert fit_turntable({i: np.eye(4) for i in range(5)}, HOW) is None
+
+
+def at(angles_deg):
+    """T_0_i of a camera that has gone so far round an axis."""
+    axis, point = unit(np.random.default_rng(5)), np.array([0, 0.1, 0.9])
+    return {i: turn(axis, point, angle - angles_deg[0]) for i, angle in enumerate(angles_deg)}
+
+
+def test_a_view_that_slips_from_an_even_turn_is_told():
+    angles = [20.0 * i for i in range(12)]
+    angles[7] += 60
+    assert find_slips(at(angles)) == pytest.approx({7: 60}, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "angles",
+    [
+        [20.0 * i + 15 * (i >= 6) for i in range(12)],  # the turntable was moved once
+        [*(40.0 * i for i in range(9)), *(40.0 * i + 20 for i in range(9))],  # a second turn, between the first one's
+        [0, 13, 41, 55, 83, 97, 130, 141, 170],  # by hand
+        [20.0 * i + 4 * (i == 3) for i in range(12)],
+        [0, 20, 47, 60],  # too few to tell what is even
+    ],
+    ids=["moved once", "two turns", "by hand", "a little", "few"],
+)
+def test_what_else_is_uneven_is_no_slip(angles):
+    assert find_slips(at(angles)) == {}
