@@ -72,14 +72,19 @@ def _linearize(pair: PairEstimate, T_0_target: np.ndarray) -> tuple[np.ndarray, 
 
 
 def _sum(pairs: Sequence[PairEstimate], effects: Sequence[np.ndarray]) -> np.ndarray:
-    """The covariance (6, 6) that the errors of pairs add up to, those of one view's noise together."""
-    covariance = np.zeros((6, 6))
+    """The covariance (6, 6) that the errors of pairs add up to, those of one view's noise together.
+
+    Along a chain a view's noise in the pair that leads to it cancels that in the next one; what a sensor is off the
+    same way in all views does not. So where all errors for themselves add up to more, that is believed.
+    """
+    covariance, apart = np.zeros((6, 6)), np.zeros((6, 6))
     shared: dict[int, np.ndarray] = {}
     for pair, effect in zip(pairs, effects, strict=True):
         overlap = pair.evidence.overlap or 0.0
+        apart += effect @ effect.T
         covariance += (1 - overlap) * effect @ effect.T
         for view, sign in ((pair.source, 1), (pair.target, -1)):
             shared[view] = shared.get(view, np.zeros((6, 6))) + sign * np.sqrt(overlap / 2) * effect
     for together in shared.values():
         covariance += together @ together.T
-    return covariance
+    return max(covariance, apart, key=np.trace)

@@ -14,6 +14,7 @@ from orbitscan.processing.registration.matching import match
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.registration.trials import (
+    finish,
     is_believed,
     is_rival,
     keep_distinct,
@@ -81,6 +82,7 @@ def register_from(
         settled = [settle(pair, trial) for trial in trials[:rivals_at_most]]
         trials = keep_distinct(pair, [*settled, *trials[rivals_at_most:]])
     best, *others = put_best_explained_first(pair, refine(pair, trials))
+    best = finish(pair, best)
     motions = pair.find_motions(best.T)
     slides = pair.nearly_slides(motions)
     status = verification.status_of(best.found, belief, slides)

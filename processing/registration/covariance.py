@@ -18,6 +18,8 @@ from orbitscan.recorder import poses
 
 _LEAST_PATCHES = 8  # that tell how patches scatter
 _LEAST_INFORMATION = 1e-4  # share of the mean: less of a motion is the noise of normals
+_RIDGE = 1e-12  # of the trace: of motions that nothing holds
+_LARGEST_SHARE = 0.95  # of the information that one patch may hold: what more would tell is too little
 _LONGEST = 4.0  # steps, in the motion that is held most weakly
 
 
@@ -50,8 +52,7 @@ def measure_uncertainty(
         if longer > step:
             values[k] = direction @ change(direction, longer)
     inverse = vectors / np.maximum(values, _LEAST_INFORMATION * usual) @ vectors.T
-    pulls = here.each(center) * units
-    covariance = spread(inverse, pulls, here.places / patch)
+    covariance = spread(inverse, here.rows(center) * units, here.weights, here.residuals, here.places / patch)
     return None if covariance is None else Uncertainty(covariance * units[:, None] * units, center)
 
 
@@ -63,10 +64,9 @@ class Pulls(NamedTuple):
     residuals: np.ndarray  # (N,) [m]
     weights: np.ndarray  # (N,)
 
-    def each(self, center: np.ndarray) -> np.ndarray:
-        """(N, 6) pulls at a turn about the centre and at a shift."""
-        pulls = np.hstack([np.cross(self.places - center, self.along), self.along])
-        return pulls * (self.weights * self.residuals)[:, None]
+    def rows(self, center: np.ndarray) -> np.ndarray:
+        """(N, 6) how the residuals change with a turn about the centre and with a shift."""
+        return np.hstack([np.cross(self.places - center, self.along), self.along])
 
 
 def find_pulls(problem: Problem, T: np.ndarray) -> Pulls:
@@ -87,16 +87,18 @@ def find_pulls(problem: Problem, T: np.ndarray) -> Pulls:
     return Pulls(points[near], along, residual, weight**2 / variance)
 
 
-def spread(inverse: np.ndarray, pulls: np.ndarray, cells: np.ndarray) -> np.ndarray | None:
-    """The covariance (k, k) of what pulls (N, k) determine, by the inverse of their information; None for too few.
+def spread(
+    inverse: np.ndarray, rows: np.ndarray, weights: np.ndarray, residuals: np.ndarray, cells: np.ndarray
+) -> np.ndarray | None:
+    """The covariance (k, k) of what residuals (N,) with rows (N, k) determine; None for too few.
 
-    The places (N, 3) of pulls are in units of a patch; patches twice and four times as wide are looked at too, and the
-    most is believed.
+    `inverse` is that of the information. The places (N, 3) of residuals are in units of a patch; patches twice and four
+    times as wide are looked at too, and the most is believed.
     """
-    candidates = [
-        inverse @ scatter @ inverse for size in (1, 2, 4) if (scatter := _scatter(cells / size, pulls)) is not None
-    ]
-    return max(candidates, key=np.trace, default=None)
+    pulls = rows * (weights * residuals)[:, None]
+    information = (rows * weights[:, None])[:, :, None] * rows[:, None, :]
+    scatters = (_scatter(cells / size, pulls, information) for size in (1, 2, 4))
+    return max((inverse @ S @ inverse for S in scatters if S is not None), key=np.trace, default=None)
 
 
 def move(x: np.ndarray, center: np.ndarray) -> np.ndarray:
@@ -105,11 +107,23 @@ def move(x: np.ndarray, center: np.ndarray) -> np.ndarray:
     return poses.make(R, center + x[3:] - R @ center)
 
 
-def _scatter(cells: np.ndarray, pulls: np.ndarray) -> np.ndarray | None:
-    """The scatter (k, k) of the sums of pulls (N, k) over patches, by places (N, 3) in units of one."""
+def _scatter(cells: np.ndarray, pulls: np.ndarray, information: np.ndarray) -> np.ndarray | None:
+    """The scatter (k, k) of the sums of pulls (N, k) over patches, by places (N, 3) in units of one.
+
+    A patch that alone holds a motion pulls at nothing where the alignment ends: what it pulled has moved the pose. Its
+    sum is made larger by what it holds of the information, (N, k, k) of the residuals (the CR2 of Bell and McCaffrey,
+    Bias reduction in standard errors for linear regression with multi-stage samples, 2002).
+    """
     _, patch = np.unique(np.floor(cells).astype(np.int64), axis=0, return_inverse=True)
-    count = int(patch.max()) + 1
-    if count < _LEAST_PATCHES:
+    order = np.argsort(patch.ravel(), kind="stable")
+    starts = np.flatnonzero(np.diff(patch.ravel()[order], prepend=-1))
+    if len(starts) < _LEAST_PATCHES:
         return None
-    sums = np.stack([np.bincount(patch.ravel(), pull, minlength=count) for pull in pulls.T], axis=1)
-    return sums.T @ sums * (count / (count - 1))
+    sums, held = (np.add.reduceat(values[order], starts) for values in (pulls, information))
+    whole = held.sum(axis=0)
+    L = np.linalg.cholesky(whole + _RIDGE * np.trace(whole) * np.eye(len(whole)))
+    white = np.linalg.inv(L)
+    share, axes = np.linalg.eigh(white @ held @ white.T)
+    larger = 1 / np.sqrt(1 - np.clip(share, 0, _LARGEST_SHARE))
+    sums = np.einsum("gij,gj,gkj,gk->gi", axes, larger, axes, sums @ white.T)
+    return L @ (sums.T @ sums) @ L.T

@@ -19,6 +19,7 @@ from orbitscan.processing.registration.verification import Verification, Verific
 from orbitscan.processing.results.estimates import Evidence, PairEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.processing.results.uncertainty import Uncertainty
+from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
 _STEP = 0.25  # multiples of w, by which a pose is moved to tell how firmly it is held
@@ -31,7 +32,7 @@ class PairSettings:
     starts: tuple[Literal["identity", "previous", "consensus"], ...] = ("identity", "previous", "consensus")
     # What competes: no motion, the previous step of the camera, and all that the correspondences propose.
     step_deg: float | None = None  # from one recorded view to the next, where the user knows it; see `turn_by_step`
-    rivals: int = 6  # poses refined on all surfels, at most
+    rivals: int = 6  # poses refined on the judged surfels, at most; the winner on all
     proposals: StartSettings = field(default_factory=StartSettings)
     # Where these lead nowhere, the correspondences are looked at once more:
     thorough: StartSettings = field(default_factory=lambda: StartSettings(hypotheses=3000, worth=0.0, most=16))
@@ -80,8 +81,11 @@ class PairRegistration:
 
     def align(self, start: np.ndarray) -> Refined:
         """Align all surfels from a start."""
-        surfels, coarse, target = self.source.surface.surfels, self.source.coarse_surfels, self.target.fine_target
-        return surface_icp.align(surfels, coarse, target, start, self.w, self.diameter, self.settings.refinement)
+        return self._align(self.source.surface.surfels, start)
+
+    def align_judged(self, start: np.ndarray) -> Refined:
+        """Align the judged surfels from a start: what is judged by them needs no more."""
+        return self._align(self.source.judged_surfels, start)
 
     def verify(self, T: np.ndarray, coarse: bool = False) -> Verification:
         """Measure how far the views agree under a pose, by their judged surfels or only the coarse ones."""
@@ -152,6 +156,10 @@ class PairRegistration:
             unseen=found.unseen if met else None,
             observability=motions[0].information if motions else None,
         )
+
+    def _align(self, surfels: Surfels, start: np.ndarray) -> Refined:
+        coarse, target = self.source.coarse_surfels, self.target.fine_target
+        return surface_icp.align(surfels, coarse, target, start, self.w, self.diameter, self.settings.refinement)
 
     def give_up(self, matches: Matches) -> PairEstimate:
         """Return an estimate without a pose, whose status says why there is no consensus."""

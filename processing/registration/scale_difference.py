@@ -66,10 +66,10 @@ def _solve(pulls: Pulls, center: np.ndarray, patch: float) -> tuple[np.ndarray, 
     reach = float(np.sqrt((arms**2).sum(axis=1).mean()))
     growth = np.einsum("ni,ni->n", arms, pulls.along)
     units = np.array([1 / reach] * 3 + [1.0] * 3 + [1 / reach])
-    J = np.hstack([np.cross(arms, pulls.along), pulls.along, growth[:, None]]) * units
+    J = np.hstack([pulls.rows(center), growth[:, None]]) * units
     A = (J * pulls.weights[:, None]).T @ J
     inverse = np.linalg.inv(A + _RIDGE * np.trace(A) * np.eye(7))
     x = -inverse @ (J.T @ (pulls.weights * pulls.residuals))
     left = pulls.residuals + J @ x
-    covariance = spread(inverse, J * (pulls.weights * left)[:, None], pulls.places / patch)
+    covariance = spread(inverse, J, pulls.weights, left, pulls.places / patch)
     return None if covariance is None else (x * units, float(np.sqrt(covariance[6, 6])) / reach)

@@ -14,7 +14,7 @@ from orbitscan.processing.results.estimates import Freedom
 from orbitscan.recorder import poses
 
 _SAME_END = 0.3  # of what makes two poses distinct: starts that end so near to each other end in one place
-_WORTH = 0.75  # of what is asked of a pose, of a coarse one that is aligned on all surfels
+_WORTH = 0.75  # of what is asked of a pose, of a coarse one that is aligned further
 _SETTLING = (1.6, 0.8, 0.8, 0.4, 0.2)  # steps along a weak motion, in what makes two poses distinct
 
 
@@ -75,7 +75,7 @@ def turn_by_itself(
         meets = trial.found.overlap >= pair.settings.judgement.min_overlap / 2
         if known or not meets or not is_rival(pair, trial, best, freedoms):
             continue
-        ended = pair.align(T)
+        ended = pair.align_judged(T)
         trials.append(Trial("itself", ended, pair.verify(ended.T_target_source)))
     return [trial for trial in trials if is_rival(pair, trial, best, freedoms)]
 
@@ -108,7 +108,7 @@ def settle(pair: PairRegistration, trial: Trial) -> Trial:
 
 
 def refine(pair: PairRegistration, trials: Sequence[Trial]) -> list[Trial]:
-    """Refine the trials that may be believed on all surfels; what is returned is distinct, best first.
+    """Refine the trials that may be believed on the judged surfels; what is returned is distinct, best first.
 
     One whose surfaces hardly meet stays as it is: there is nothing to refine on.
     """
@@ -123,13 +123,21 @@ def refine(pair: PairRegistration, trials: Sequence[Trial]) -> list[Trial]:
         if trial.found.overlap < belief.min_overlap:
             refined.append(trial)
             continue
-        ended = pair.align(trial.T)
+        ended = pair.align_judged(trial.T)
         refined.append(Trial(trial.start, ended, pair.verify(ended.T_target_source)))
     return keep_distinct(pair, refined)
 
 
+def finish(pair: PairRegistration, trial: Trial) -> Trial:
+    """Align the winner on all surfels; one whose surfaces hardly meet stays as it is."""
+    if trial.refined.center is None:
+        return trial
+    ended = pair.align(trial.T)
+    return Trial(trial.start, ended, pair.verify(ended.T_target_source))
+
+
 def _is_worth(found: Verification, belief: VerificationSettings) -> bool:
-    """Whether a coarse pose may be one that is believed when it is aligned on all surfels."""
+    """Whether a coarse pose may be one that is believed when it is aligned further."""
     return found.overlap >= _WORTH * belief.min_overlap and found.violations <= belief.max_violations / _WORTH**2
 
 

@@ -89,7 +89,7 @@ def _stands(pair: PairRegistration, T: np.ndarray, here: Explanation, limit: flo
         return T, worse
     if worse > _HOPELESS * limit:
         return None
-    aligned = pair.align(T).T_target_source
+    aligned = pair.align_judged(T).T_target_source
     if pair.distance(aligned, T) > 1.0 or (worse := pair.explain(aligned).worse_than(here)) > limit:
         return None
     return aligned, worse
