@@ -41,6 +41,17 @@ def simulate(
     noise_mm: Annotated[
         float, typer.Option(help="Standard deviation of the depth at 1 m; grows with its square.")
     ] = 1.0,
+    paint: Annotated[
+        Literal["own", "plain", "label", "stripe", "print"],
+        typer.Option(help="The object's own colours; one colour; with a label, a stripe, or a print all round."),
+    ] = "own",
+    lamp: Annotated[
+        Literal["object", "camera", "room"],
+        typer.Option(help="What lights it stands still beside the object, moves with the camera, or the object turns."),
+    ] = "object",
+    gloss: Annotated[float, typer.Option(help="Brightness of its highlights, 0 to 1.")] = 0.0,
+    color_noise: Annotated[float, typer.Option(help="Standard deviation of a colour channel, of 255.")] = 0.0,
+    color_shift: Annotated[float, typer.Option(help="Pixels by which colours lie beside their depths.")] = 0.0,
     seed: Annotated[int, typer.Option(help="The seed of the noise.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Circles of a corpus recorded at the same time.")] = 1,
 ) -> None:
@@ -64,6 +75,7 @@ def simulate(
     said = {"views": views, "elevation_deg": elevation, "sensor": sensor, "distance": distance, "focal": focal}
     given: dict[str, Any] = {name: value for name, value in said.items() if value is not None}
     eye = corpus.CAMERA if of_many else camera.Camera()
+    given |= {"paint": paint, "lamp": lamp, "gloss": gloss, "color_noise": color_noise, "color_shift": color_shift}
     eye = replace(eye, every=every, noise_mm=noise_mm, seed=seed, **given)
     if not of_many:
         if instances is not None:

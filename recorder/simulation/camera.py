@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -15,12 +15,14 @@ from orbitscan.recorder.exceptions import InvalidOption, Wording, setting
 from orbitscan.recorder.formats.mesh_file import read_mesh
 from orbitscan.recorder.session import DEFAULT_VIEWS, Session, SessionInfo, View
 from orbitscan.recorder.simulation import objects
+from orbitscan.recorder.simulation.appearance import LAMPS, PAINTS, Appearance, Lamp, Paint, add_noise, toward
 from orbitscan.recorder.simulation.raycasting import Scene
 from orbitscan.recorder.simulation.sensors import DepthSensor, GaussianSensor, Kinect
 
 MAX_PIXELS = 8_000_000  # of an image; more would not fit small machines' memory
 DISTANCE = {"gaussian": 1.0, "kinect": 0.72}  # [m], of the camera where none is given
 FOCAL = {"gaussian": 525.0, "kinect": 570.0}  # [pixels]
+_COLORS = 1  # tells the random numbers of colours from those of depths
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,11 @@ class Camera:
     distance: float | None = None  # from the centre [m]; None: the sensor's, or 2.5 radii of a large object
     focal: float | None = None  # [pixels]; None: the sensor's
     noise_mm: float = 1.0
+    paint: Paint = "own"  # the object's own colours, or what is painted on it
+    lamp: Lamp = "object"  # stands still beside the object, at the camera, or in the room while the object turns
+    gloss: float = 0.0  # brightness of a highlight, as a share of white
+    color_noise: float = 0.0  # standard deviation of each channel, of 255
+    color_shift: float = 0.0  # pixels by which colours lie beside the depths that they belong to
     seed: int = 0
     threads: int = 0  # that cast the rays; 0: all
 
@@ -52,6 +59,11 @@ class Camera:
             ("distance", 0 < distance < math.inf, "not a distance", "give metres, or leave it out"),
             ("focal", 0 < focal < math.inf, "not a focal length", "give pixels, such as 525"),
             ("noise_mm", 0 <= self.noise_mm < math.inf, "not a standard deviation", "give 0 or more"),
+            ("paint", self.paint in PAINTS, "nothing that can be painted", f"give {_any_of(PAINTS)}"),
+            ("lamp", self.lamp in LAMPS, "no lamp", f"give {_any_of(LAMPS)}"),
+            ("gloss", 0 <= self.gloss <= 1, "not a share", "give 0 to 1"),
+            ("color_noise", 0 <= self.color_noise < math.inf, "not a standard deviation", "give 0 or more"),
+            ("color_shift", math.isfinite(self.color_shift), "not a number of pixels", "give 0, or a few pixels"),
             ("seed", self.seed >= 0, "seeds are not negative", "give 0 or more"),
         ):
             if not possible:
@@ -97,14 +109,15 @@ def simulate(
     else:
         key, model, device = (seed,), "virtual depth camera", GaussianSensor(noise)
     scene = Scene(mesh, camera.threads)
-    orbit = _Orbit(camera, scene, center, float(low[2]), distance, focal, half_image, device, key)
+    looks = Appearance(mesh, camera.paint, camera.lamp, camera.gloss)
+    orbit = _Orbit(camera, scene, looks, center, float(low[2]), distance, focal, half_image, device, key)
     info = SessionInfo(
         name=name,
         views=camera.recorded_views,
         category=None if from_file else what,
         instance=None if from_file else str(instance),
         source="virtual",
-        sensor=f"{model}, rays cast by {scene.raycaster.name}",
+        sensor=", ".join([model, *looks.words, f"rays cast by {scene.raycaster.name}"]),
         capture="circle",
         outline_known=True,
         elevation_deg=camera.elevation_deg,
@@ -119,6 +132,7 @@ class _Orbit:
 
     camera: Camera
     scene: Scene
+    looks: Appearance
     center: np.ndarray  # where the camera looks [m]
     table: float  # height of what the object stands on [m]
     distance: float  # from the centre to the camera [m]
@@ -153,16 +167,19 @@ class _Orbit:
         else:
             directions = self._directions(T_object_camera, x + shift[0] / self.focal, y + shift[1] / self.focal)
         hits = self.scene.cast(T_object_camera[:3, 3], directions)
-        toward = -directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        facing = (toward * hits.normals).sum(axis=1)
+        facing = (toward(directions) * hits.normals).sum(axis=1)
         depth = self.sensor.measure(hits.distance.reshape(shape), np.abs(facing).reshape(shape), rng).ravel()
         height = T_object_camera[2, 3] + depth * directions[:, 2] - self.table
         seen = np.isfinite(depth) & (height > self.sensor.table_cut(rng))
 
         rays = np.column_stack([x.ravel(), y.ravel(), np.ones(x.size)])[seen]
         points = (depth[seen, None] * rays).astype(np.float32)
-        normals = hits.normals[seen] * np.sign(facing[seen, None])
-        colors = self.scene.colors(hits.triangles[seen], hits.uv[seen], normals)
+        if self.camera.color_shift:
+            directions = self._directions(T_object_camera, x + self.camera.color_shift / self.focal, y)
+            hits = self.scene.cast(T_object_camera[:3, 3], directions)
+        colors = self.looks.colors(T_object_camera, directions[seen], hits.of(seen))
+        if colors is not None:
+            colors = add_noise(colors, self.camera.color_noise, np.random.default_rng([*self.key, index, _COLORS]))
         return View(index, _name(index), (index + 1) * 10**9, points, colors)
 
     def _pixels(self, T_object_camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -181,6 +198,10 @@ class _Orbit:
         """(N, 3) rays in the object's frame; of depth 1, so that a hit's distance is its depth."""
         rays = np.column_stack([x.ravel(), y.ravel(), np.ones(x.size)])
         return poses.rotate(T_object_camera, rays)
+
+
+def _any_of(words: Sequence[str]) -> str:
+    return f"{', '.join(words[:-1])} or {words[-1]}"
 
 
 def _name(index: int) -> str:

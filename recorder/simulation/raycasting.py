@@ -1,4 +1,4 @@
-"""Where rays meet a mesh, on which triangle, in which colour: by Open3D, else by a raycaster of our own."""
+"""Where rays meet a mesh, and on which triangle: by Open3D, else by a raycaster of our own."""
 
 from __future__ import annotations
 
@@ -15,9 +15,6 @@ from orbitscan.recorder.mesh import Mesh
 if TYPE_CHECKING:
     from types import ModuleType
 
-LIGHT = np.array([0.36, -0.48, 0.80])  # the direction to a lamp that stands still beside the object
-AMBIENT = 0.6  # share of the light that comes from everywhere
-
 
 @dataclass(frozen=True, eq=False)
 class Hits:
@@ -27,6 +24,10 @@ class Hits:
     normals: np.ndarray  # (N, 3) of the triangle that was met
     triangles: np.ndarray  # (N,) its index
     uv: np.ndarray  # (N, 2) where on it
+
+    def of(self, rays: np.ndarray) -> Hits:
+        """Those of some of the rays."""
+        return Hits(self.distance[rays], self.normals[rays], self.triangles[rays], self.uv[rays])
 
 
 class Raycaster(Protocol):
@@ -68,16 +69,6 @@ class Scene:
     def cast(self, origin: np.ndarray, directions: np.ndarray) -> Hits:
         """Where rays from one origin (3,) in the directions (N, 3) first meet the mesh."""
         return self.raycaster.cast(origin, directions, self.threads)
-
-    def colors(self, triangles: np.ndarray, uv: np.ndarray, normals: np.ndarray) -> np.ndarray | None:
-        """The colours (N, 3) uint8 of hits, interpolated between the mesh's vertices and lit; None for none."""
-        if self.mesh.colors is None:
-            return None
-        corners = self.mesh.colors[self.mesh.triangles[triangles]]  # (N, 3, 3)
-        weights = np.column_stack([1 - uv.sum(axis=1), uv])
-        light = AMBIENT + (1 - AMBIENT) * np.clip((normals * LIGHT).sum(axis=1), 0, 1)
-        colors = (weights[:, :, None] * corners).sum(axis=1) * light[:, None]
-        return np.clip(np.rint(colors), 0, 255).astype(np.uint8)
 
     @cached_property
     def raycaster(self) -> Raycaster:
