@@ -17,6 +17,7 @@ from orbitscan.processing.results.uncertainty import Uncertainty
 STEP = "step"  # the start of a pose that the user's knowledge settled
 AGAINST_STEP = "the views decide against the given step"
 _DEVIATION_DEG = 0.2  # of a turntable's step that the user knows
+_WITHIN = 1.96  # standard deviations, within which 95 % of what has one dimension lies
 _MISFIT = 1.5  # times that of the pose without that knowledge: what fits worse contradicts the user
 
 
@@ -24,11 +25,18 @@ def use_step(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
     """Choose, of all that explains a pair, what agrees with the user's step; as it is where the user knows none.
 
     A pair that no pose of its orbit brings within 5 degrees of the step is `inconsistent`: the views decide against it.
+    By what it misses the step, it may be off.
     """
     step_deg = pair.settings.step_deg
-    if step_deg is None or estimate.T_target_source is None or not estimate.status.is_believed:
+    if step_deg is None or not estimate.status.is_believed:
         return estimate
     turn_deg = step_deg * (estimate.source - estimate.target)
+    return _allow_for_miss(_choose(pair, estimate, turn_deg), turn_deg, pair.diameter)
+
+
+def _choose(pair: PairRegistration, estimate: PairEstimate, turn_deg: float) -> PairEstimate:
+    if estimate.T_target_source is None:
+        return estimate
     free = next((freedom for freedom in estimate.freedoms if freedom.kind == "turn"), None)
     if free is not None:
         return _turn(pair, estimate, free, turn_deg)
@@ -56,6 +64,21 @@ def use_step(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
         symmetries=(),
         alternatives=(),
     ).with_uncertainty(known)
+
+
+def _allow_for_miss(estimate: PairEstimate, turn_deg: float, diameter: float) -> PairEstimate:
+    """An ok estimate, its turn known no better than it meets the step; `ambiguous` where that is too badly."""
+    T, covariance, center = estimate.T_target_source, estimate.covariance, estimate.center
+    if estimate.status != Status.OK or T is None or covariance is None or center is None:
+        return estimate
+    turn = Rotation.from_matrix(T[:3, :3]).as_rotvec()
+    axis = turn / max(float(np.linalg.norm(turn)), 1e-12)
+    least = (np.radians(misses_by(T, turn_deg)) / _WITHIN) ** 2
+    wider = covariance.copy()
+    wider[:3, :3] += max(0.0, least - float(axis @ covariance[:3, :3] @ axis)) * np.outer(axis, axis)
+    known = Uncertainty(wider, center)
+    status = Status.OK if known.is_good(diameter) else Status.AMBIGUOUS
+    return replace(estimate, status=status).with_uncertainty(known)
 
 
 def is_refuted(pairs: Sequence[PairEstimate]) -> bool:
