@@ -50,20 +50,13 @@ def make_range_image(points: np.ndarray, sensor_origin: np.ndarray, pixel: float
     return RangeImage(T, size, low, near, np.isinf(minimum_filter(depth, _HOLE, mode="constant", cval=np.inf)))
 
 
-def look_up(image: RangeImage, points: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return (in_front, unseen), (N,) bool: which points (N, 3) in the view's frame lie where nothing can be.
+@kernel
+def look(image: RangeImage, p: np.ndarray, tolerance: float) -> int:
+    """Tell whether a point (3,) in the view's frame lies where nothing can be: IN_FRONT, UNSEEN, or 0 where it may.
 
     In front: nearer to the sensor than all it saw in that direction, by more than the tolerance [m]. Unseen: where the
     sensor saw nothing at all, be it the background or a surface it failed to measure.
     """
-    seen = np.empty(len(points), np.int64)
-    _look_each(0, len(points), image, points, tolerance, seen)
-    return seen == IN_FRONT, seen == UNSEEN
-
-
-@kernel
-def look(image: RangeImage, p: np.ndarray, tolerance: float) -> int:
-    """Tell what a point (3,) in the view's frame is: IN_FRONT or UNSEEN, see `look_up`, else 0."""
     T = image.T_image_view
     x = p[0] * T[0, 0] + p[1] * T[0, 1] + p[2] * T[0, 2] + T[0, 3]
     y = p[0] * T[1, 0] + p[1] * T[1, 1] + p[2] * T[1, 2] + T[1, 3]
@@ -78,15 +71,6 @@ def look(image: RangeImage, p: np.ndarray, tolerance: float) -> int:
     if z < image.near[i, j] - tolerance and np.isfinite(image.near[i, j]):
         return IN_FRONT
     return UNSEEN if image.empty[i, j] else 0
-
-
-@kernel
-def _look_each(
-    start: int, stop: int, image: RangeImage, points: np.ndarray, tolerance: float, seen: np.ndarray
-) -> None:
-    """Fill the rows [start, stop) of seen (N,), what points (N, 3) are."""
-    for i in range(start, stop):
-        seen[i] = look(image, points[i], tolerance)
 
 
 def _look_at(eye: np.ndarray, center: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitscan.processing.registration.free_space import look_up, make_range_image
+from orbitscan.processing.registration.free_space import IN_FRONT, UNSEEN, look, make_range_image
 from orbitscan.recorder import poses
 from tests.geometry import random_pose
 
@@ -24,8 +24,8 @@ def image():
 
 
 def looked_up(image, point, tolerance=TOLERANCE):
-    in_front, unseen = look_up(image, np.array([point], dtype=float), tolerance)
-    return bool(in_front[0]), bool(unseen[0])
+    seen = look(image, np.asarray(point, dtype=float), tolerance)
+    return seen == IN_FRONT, seen == UNSEEN
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_where_the_sensor_stands_and_how_it_is_turned_does_not_show(seed):
     behind = before + np.array([0, 0, 1.0])
     aside = before + np.array([0.5, 0, 0])
     for points, expected in ((before, (True, False)), (behind, (False, None)), (aside, (False, True))):
-        in_front, unseen = look_up(moved, poses.transform(T, points), TOLERANCE)
+        in_front, unseen = np.array([looked_up(moved, point) for point in poses.transform(T, points)]).T
         assert (in_front == expected[0]).all()
         assert expected[1] is None or (unseen == expected[1]).all()
 
