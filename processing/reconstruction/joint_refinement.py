@@ -201,7 +201,9 @@ def _estimate(view: ViewEstimate, solution: Solution, origin: int) -> ViewEstima
     """Return a view as the solution places it."""
     T_0_i = solution.T_0.get(view.view)
     if T_0_i is None:
-        lost = view.status if view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
+        refuted = view.status == Status.INCONSISTENT and view.note is not None
+        told = refuted or view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS)
+        lost = view.status if told else Status.NOT_CONNECTED
         return ViewEstimate(view.view, lost, None, note=view.note)
     return ViewEstimate(view.view, Status.OK if view.view in solution.rigid else Status.AMBIGUOUS, T_0_i)
 

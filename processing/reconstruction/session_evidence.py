@@ -73,7 +73,7 @@ def judge_views(
     holding = _find_holding(pairs, T_0)
     if not holding:
         return [replace(v, rotation_bound_deg=0.0, center_bound_m=0.0) if v.view == origin else v for v in views]
-    center = find_center(holding, T_0)
+    center = _find_center(holding, T_0)
     doubts: dict[int, str] = {}
     if not any(_moves(T, center, diameter) for T in T_0.values()):
         doubts = dict.fromkeys(T_0.keys() - {origin}, STILL)
@@ -92,7 +92,7 @@ def bound_centers(pairs: Sequence[PairEstimate], views: Sequence[ViewEstimate]) 
     holding = _find_holding(pairs, T_0)
     if not holding:
         return list(pairs)
-    center, moved = find_center(holding, T_0), []
+    center, moved = _find_center(holding, T_0), []
     for pair in pairs:
         if pair.covariance is not None and pair.center is not None and pair.target in T_0:
             in_target = poses.transform(poses.invert(T_0[pair.target]), center[None])[0]
@@ -102,7 +102,7 @@ def bound_centers(pairs: Sequence[PairEstimate], views: Sequence[ViewEstimate]) 
     return moved
 
 
-def find_center(pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray]) -> np.ndarray:
+def _find_center(pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray]) -> np.ndarray:
     """Find the middle (3,) of the object in frame {0}: the mean of the middles of what the pairs' sources show."""
     middles = {p.source: poses.transform(T_0[p.target], p.center[None])[0] for p in pairs if p.center is not None}
     return np.mean(list(middles.values()), axis=0)

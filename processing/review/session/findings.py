@@ -62,7 +62,7 @@ def explain(estimate: ViewEstimate, pair: PairEstimate | None) -> str:
     text = describe_status(estimate, pair)
     if estimate.T_0_i is None:
         text += ", not placed"
-    if estimate.note:
+    if estimate.note and estimate.status != Status.INCONSISTENT:
         text += f". {write_clause(estimate.note)}"
     if pair is None:
         return text
@@ -89,6 +89,8 @@ def describe_status(estimate: ViewEstimate, pair: PairEstimate | None) -> str:
     status = estimate.status
     if status == Status.OK:
         return status
+    if status == Status.INCONSISTENT and estimate.note:
+        return f"{status}: {write_clause(estimate.note)}"
     return f"{status}: {known}" if (known := _known_too_badly(estimate, pair)) else f"{status} ({status.meaning})"
 
 

@@ -89,7 +89,7 @@ def _conclude(
     estimate, pair = estimates[best], placing[best]
     status = findings.describe_status(estimate, pair)
     text = f"**{best}: {status}{'; not placed' if estimate.T_0_i is None else ''}.**"
-    if estimate.note:
+    if estimate.note and estimate.status != Status.INCONSISTENT:
         text += f" {findings.write_clause(estimate.note)}."
     degrees, metres = estimate.rotation_bound_deg, estimate.center_bound_m
     if estimate.status == Status.OK and pair is not None and degrees is not None and metres is not None:

@@ -209,4 +209,5 @@ def test_a_view_of_another_size_is_not_ok_and_says_so(arc):
     found = run(rearranged(arc, [0, 1, 2, 3, 4], {2: larger}))
     for method in ("pairwise", "refined"):
         assert [view.view for view in found[method].views if view.status != "ok"] == [2]
+        assert found[method].views[2].status == "inconsistent"
         assert "% larger" in found[method].views[2].note
