@@ -9,10 +9,9 @@ White, A heteroskedasticity-consistent covariance matrix estimator, 1980, for cl
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.registration.correspondences import find_correspondences
-from orbitscan.processing.registration.normal_equations import Problem, normal_equations
+from orbitscan.processing.registration.normal_equations import Problem, motion, normal_equations
 from orbitscan.processing.results.uncertainty import Uncertainty
 from orbitscan.recorder import poses
 
@@ -40,7 +39,7 @@ def measure_uncertainty(
 
     def change(direction: np.ndarray, size: float) -> np.ndarray:
         """How the pull (6,) changes along a direction (6,), per metre, within so many metres [m] either way."""
-        moved = [move(sign * size * direction * units, center) @ T_target_source for sign in (1, -1)]
+        moved = [motion(sign * size * direction * units, center) @ T_target_source for sign in (1, -1)]
         there, back = (normal_equations(problem, T, center)[1] * units for T in moved)
         return (there - back) / (2 * size)
 
@@ -99,12 +98,6 @@ def spread(
     information = (rows * weights[:, None])[:, :, None] * rows[:, None, :]
     scatters = (_scatter(cells / size, pulls, information) for size in (1, 2, 4))
     return max((inverse @ S @ inverse for S in scatters if S is not None), key=np.trace, default=None)
-
-
-def move(x: np.ndarray, center: np.ndarray) -> np.ndarray:
-    """A turn and a shift (6,) about a centre (3,), as a motion (4, 4)."""
-    R = Rotation.from_rotvec(x[:3]).as_matrix()
-    return poses.make(R, center + x[3:] - R @ center)
 
 
 def _scatter(cells: np.ndarray, pulls: np.ndarray, information: np.ndarray) -> np.ndarray | None:

@@ -3,8 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.registration.correspondences import Target, nearest_surfel
+from orbitscan.recorder import poses
 from orbitscan.recorder.kernels import kernel, over_slices
 
 _CHUNKS = 16  # sums are made in so many parts, whatever the number of threads: the same bits on every machine
@@ -30,6 +32,12 @@ def normal_equations(problem: Problem, T: np.ndarray, center: np.ndarray) -> tup
     A, b = np.zeros((_CHUNKS, 6, 6)), np.zeros((_CHUNKS, 6))
     over_slices(_accumulate_chunks, _CHUNKS, problem, T, center, A, b)
     return A.sum(axis=0), b.sum(axis=0)
+
+
+def motion(x: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """The motion (4, 4) of a turn [rad] about a centre (3,) and then a shift [m], x (6,)."""
+    R = Rotation.from_rotvec(x[:3]).as_matrix()
+    return poses.make(R, center + x[3:] - R @ center)
 
 
 @kernel

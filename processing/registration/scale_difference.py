@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from orbitscan.processing.registration.covariance import Pulls, find_pulls, move, spread
-from orbitscan.processing.registration.normal_equations import Problem
+from orbitscan.processing.registration.covariance import Pulls, find_pulls, spread
+from orbitscan.processing.registration.normal_equations import Problem, motion
 from orbitscan.recorder import poses
 
 _ROUNDS = 10  # of alignment, size and all
@@ -51,7 +51,7 @@ def measure_scale(problem: Problem, T_target_source: np.ndarray, patch: float) -
         if solved is None:
             return None
         x, deviation = solved
-        T, size = move(x[:6], center) @ T, size * (1 + x[6])
+        T, size = motion(x[:6], center) @ T, size * (1 + x[6])
         found = ScaleDifference(1 / size - 1, deviation / size)
         if found.significance < _SUSPICIOUS:
             break

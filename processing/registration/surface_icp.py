@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from orbitscan.processing.kernels.cholesky import solve
 from orbitscan.processing.registration.correspondences import Target
-from orbitscan.processing.registration.normal_equations import Problem, accumulate, normal_equations
+from orbitscan.processing.registration.normal_equations import Problem, accumulate, motion, normal_equations
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 from orbitscan.recorder.kernels import kernel, over_slices
@@ -143,8 +142,7 @@ def _solve_motion(A: np.ndarray, b: np.ndarray, center: np.ndarray) -> np.ndarra
     x, A = -b, A + np.eye(6) * _RIDGE * np.trace(A)
     if not solve(A, x):
         return None
-    R = Rotation.from_rotvec(x[:3]).as_matrix()
-    return poses.make(R, center + x[3:] - R @ center)
+    return motion(x, center)
 
 
 def _rms_radius(points: np.ndarray) -> float:
