@@ -14,8 +14,8 @@ from orbitscan.processing.reconstruction.pose_graph import (
     viewing_direction,
 )
 from orbitscan.processing.reconstruction.self_registration import find_self_symmetries
-from orbitscan.processing.reconstruction.session_evidence import bound_centers, judge_views
 from orbitscan.processing.reconstruction.trajectory import Hints
+from orbitscan.processing.reconstruction.view_judgement import bound_centers, judge_views
 from orbitscan.processing.registration.ambiguity.known_step import distrust, is_refuted
 from orbitscan.processing.registration.ambiguity.symmetry import find_agreed, join
 from orbitscan.processing.registration.competition import challenge

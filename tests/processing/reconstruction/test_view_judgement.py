@@ -1,9 +1,9 @@
-"""What a whole session tells of its views."""
+"""What all pairs say of each view: what speaks against it, and how well it is known."""
 
 import numpy as np
 import pytest
 
-from orbitscan.processing.reconstruction.session_evidence import bound_centers, judge_views
+from orbitscan.processing.reconstruction.view_judgement import bound_centers, judge_views
 from orbitscan.processing.results.estimates import ViewEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
