@@ -5,7 +5,7 @@ ifeq ($(OS),Windows_NT)
 BIN := .venv/Scripts
 endif
 
-.PHONY: demo test lint bench bench-quick bench-memory bench-symmetry bench-calibration faults fuzz model picture clean
+.PHONY: demo test lint bench bench-quick bench-memory bench-symmetry bench-calibration bench-color faults fuzz model picture clean
 
 demo: .venv/installed
 	@$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
@@ -35,6 +35,10 @@ bench-symmetry: .venv/installed-dev
 # Whether the bounds of poses can be believed.
 bench-calibration: .venv/installed-dev
 	$(BIN)/python -m tests.benchmarks.calibration
+
+# Whether colours decide what shapes leave open, and nothing else: QUICK=--quick takes minutes.
+bench-color: .venv/installed-dev
+	$(BIN)/python -m tests.benchmarks.color $(if $(QUICK),--quick)
 
 # FIRST=7 COUNT=1 makes the damage of number 7 alone.
 fuzz: .venv/installed-dev

@@ -104,7 +104,7 @@ def _print_errors(rows: Sequence[Row]) -> None:
 
 
 def _tell_what_is_open(found: MethodResult) -> Iterator[str]:
-    """Free motions and symmetries that a method finds, and which views the user's step settled, a line each."""
+    """Free motions and symmetries that a method finds, and which views something else settled, a line each."""
     (freedoms, _), (symmetries, _) = find_freedoms(found), find_symmetries(found)
     if freedoms:
         yield f"cannot be told: {enumerate_some([*map(describe_freedom, freedoms)], SHOWN_MOTIONS)}"
@@ -112,8 +112,8 @@ def _tell_what_is_open(found: MethodResult) -> Iterator[str]:
         yield describe_symmetry(symmetry)
     if more := len(symmetries[SHOWN_MOTIONS:]):
         yield f"and {more} more such symmetries"
-    if settled := list_settled(found):
-        yield f"{plural(len(settled), 'view')} {enumerate_views(settled)} by the user's step"
+    for words, settled in list_settled(found).items():
+        yield f"{plural(len(settled), 'view')} {enumerate_views(settled)} by {words}"
 
 
 def _cell(value: float | None, factor: float) -> str:

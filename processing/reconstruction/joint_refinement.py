@@ -13,11 +13,12 @@ from orbitscan.processing.reconstruction.pose_graph import (
     solve,
     viewing_direction,
 )
-from orbitscan.processing.reconstruction.self_registration import find_self_symmetries
+from orbitscan.processing.reconstruction.self_registration import find_self_symmetries, tell_by_color
 from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.reconstruction.view_judgement import bound_centers, judge_views
 from orbitscan.processing.registration.ambiguity.known_step import distrust, is_refuted
 from orbitscan.processing.registration.ambiguity.symmetry import find_agreed, join
+from orbitscan.processing.registration.color.comparison import ColorPair
 from orbitscan.processing.registration.competition import challenge
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
@@ -161,11 +162,14 @@ class _Graph:
         usual = sorted(holding, key=lambda edge: edge.evidence.misfit or 0.0)[len(holding) // 2]
         if usual.T_target_source is None:
             return
-        explained = self._pair(usual).explain(usual.T_target_source)
+        pair = self._pair(usual)
+        explained, colors = pair.explain(usual.T_target_source), ColorPair.of(pair)
+        colored = None if colors is None else colors.explain(usual.T_target_source)
         told = [symmetry.moved(T_0[e.target]) for e in holding if e.target in T_0 for symmetry in e.symmetries]
         turns = [symmetry.turns()[0] for symmetry in told]
         self.symmetries = find_self_symmetries(self.cache, T_0, turns, explained, self.pair_settings)
         self.symmetries = join(self.symmetries, find_agreed(told, len(holding) / 2, self.diameter), self.diameter)
+        self.symmetries = tell_by_color(self.cache, T_0, self.symmetries, colored, self.pair_settings)
         if self.symmetries:
             self.edges = [self.judge(self._challenge(edge)) for edge in self.edges]
             self.solve()

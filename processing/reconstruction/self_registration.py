@@ -4,11 +4,13 @@ Two views may not tell that an object repeats itself: neighbours of a box see no
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from orbitscan.processing.reconstruction.pose_graph import viewing_direction
 from orbitscan.processing.registration.ambiguity.symmetry import join, name_turn
+from orbitscan.processing.registration.color.comparison import ColorPair
 from orbitscan.processing.registration.correspondences import make_target
 from orbitscan.processing.registration.covisibility import Explanation
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
@@ -42,8 +44,7 @@ def find_self_symmetries(
     """
     if len(T_0) < 3:
         return []
-    views = {view: cache.get_surface(view) for view in list(T_0)[:: -(-len(T_0) // _VIEWS)]}
-    T_0 = {view: T_0[view] for view in views}
+    views, T_0 = _choose(cache, T_0)
     first = next(iter(views.values()))
     w, diameter, how = first.scale.working, first.scale.diameter, settings.refinement
     merged = _merge(views, T_0)
@@ -56,13 +57,53 @@ def find_self_symmetries(
     ends = align_coarsely(
         merged, target, starts, how.coarse_gate * w, how.coarse_deviation * w, how.coarse_iterations, how.coarse_still
     )
-    stands = _judge(views, T_0, usual, settings)
+    stands = _judge(views, T_0, usual, settings, PairRegistration.explain)
     found: list[Symmetry] = []
     for end in _keep_distinct(ends):
         symmetry = name_turn(end, center, diameter * settings.judgement.distinct_shift, stands)
         if isinstance(symmetry, Symmetry):
             found = join(found, [symmetry], diameter)
     return found
+
+
+def tell_by_color(
+    cache: ViewCache,
+    T_0: Mapping[int, np.ndarray],
+    symmetries: Sequence[Symmetry],
+    usual: Explanation | None,
+    settings: PairSettings,
+) -> list[Symmetry]:
+    """Return symmetries of the shape, with word of which the object's colours tell apart; and those that both have.
+
+    `usual` is how a pair that is right explains the colours of what both see; None where there are none.
+    """
+    if usual is None or not symmetries:
+        return list(symmetries)
+    stands = _judge(*_choose(cache, T_0), usual, settings, _explain_colors)
+    found = []
+    for symmetry in symmetries:
+        orders = [order for order in range(symmetry.order, 1, -1) if symmetry.order % order == 0]
+        alike = [of_both for order in orders if _is_seen(of_both := replace(symmetry, order=order), stands)]
+        if symmetry not in alike:
+            found.append(replace(symmetry, told_by_color=True))
+        found += alike[:1]
+    return found
+
+
+def _is_seen(symmetry: Symmetry, stands: Callable[[np.ndarray], float | None]) -> bool:
+    """Whether views tell of every turn of a symmetry, and none refutes it."""
+    return all((worse := stands(turn)) is not None and not np.isnan(worse) for turn in symmetry.turns())
+
+
+def _explain_colors(pair: PairRegistration, T: np.ndarray) -> Explanation:
+    colors = ColorPair.of(pair)
+    return pair.explain(T) if colors is None else colors.explain(T)
+
+
+def _choose(cache: ViewCache, T_0: Mapping[int, np.ndarray]) -> tuple[dict[int, PreparedView], dict[int, np.ndarray]]:
+    """Some of many views, spread over all, and their poses."""
+    views = {view: cache.get_surface(view) for view in list(T_0)[:: -(-len(T_0) // _VIEWS)]}
+    return views, {view: T_0[view] for view in views}
 
 
 def _keep_distinct(turns: np.ndarray) -> list[np.ndarray]:
@@ -82,7 +123,11 @@ def _merge(views: Mapping[int, PreparedView], T_0: Mapping[int, np.ndarray]) -> 
 
 
 def _judge(
-    views: Mapping[int, PreparedView], T_0: Mapping[int, np.ndarray], usual: Explanation, settings: PairSettings
+    views: Mapping[int, PreparedView],
+    T_0: Mapping[int, np.ndarray],
+    usual: Explanation,
+    settings: PairSettings,
+    explain: Callable[[PairRegistration, np.ndarray], Explanation],
 ) -> Callable[[np.ndarray], float | None]:
     """What tells by how many deviations a turn in frame {0} explains the views worse than usual (see `name_turn`)."""
     directions = {}
@@ -100,7 +145,7 @@ def _judge(
                 continue
             pair = PairRegistration(views[view], views[other], settings)
             T = poses.invert(T_0[other]) @ turn @ T_0[view]
-            worse.append(pair.explain(T).worse_than(usual))
+            worse.append(explain(pair, T).worse_than(usual))
             if worse[-1] > settings.covisibility.worse or pair.verify(T, coarse=True).overlap < _ALIKE:
                 return None
         return float(np.mean(worse)) if len(worse) >= _TOLD * len(some) else np.nan

@@ -6,14 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from orbitscan.processing.registration import verification
+from orbitscan.processing.registration.ambiguity.by_color import COLOR, doubt_color, use_color, verify_color
 from orbitscan.processing.registration.ambiguity.free_motions import find_freedoms
 from orbitscan.processing.registration.ambiguity.known_step import STEP, use_step
-from orbitscan.processing.registration.ambiguity.orbit import Orbit, find_orbit
+from orbitscan.processing.registration.ambiguity.orbit import find_orbit
+from orbitscan.processing.registration.color.proposals import propose_by_color
 from orbitscan.processing.registration.hypotheses import propose
 from orbitscan.processing.registration.matching import match
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
 from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.registration.trials import (
+    Trial,
     finish,
     is_believed,
     is_rival,
@@ -46,13 +49,14 @@ def register_competing(
         return _compete(pair, starts, matches)
     if matches.consensus is not None:
         starts["ransac"] = matches.consensus.T_target_source
-    first = starts | _name(propose(source, target, matches.indices, settings.proposals))
+    first = starts | _name(propose(source, target, matches.indices, settings.proposals), "consensus")
     best = _compete(pair, first, matches)
     several = bool(best.symmetries or best.alternatives) and not only_ok
     if best.status == Status.OK or (best.status.is_believed and not several):
         return best
     more = match(source.descriptors, target.descriptors, settings.thorough_matching)
-    thorough = _name(propose(source, target, more, settings.thorough))
+    thorough = _name(propose(source, target, more, settings.thorough), "consensus")
+    thorough |= _name(propose_by_color(source, target, settings), "color")
     if best.status.is_believed and best.T_target_source is not None:
         return _compete(pair, {"first look": best.T_target_source} | thorough, matches)
     again = _compete(pair, thorough, matches)
@@ -63,8 +67,8 @@ def _compete(pair: PairRegistration, starts: Mapping[str, np.ndarray], matches: 
     return register_from(pair, starts, pair.feature_evidence(matches)) if starts else pair.give_up(matches)
 
 
-def _name(proposed: np.ndarray) -> dict[str, np.ndarray]:
-    return {f"consensus {i}": T for i, T in enumerate(proposed)}
+def _name(proposed: np.ndarray, kind: str) -> dict[str, np.ndarray]:
+    return {f"{kind} {i}": T for i, T in enumerate(proposed)}
 
 
 def register_from(
@@ -88,24 +92,11 @@ def register_from(
     status = verification.status_of(best.found, belief, slides)
     if status == Status.OK and not motions:
         status = Status.LOW_OVERLAP
-    known_to = pair.measure_uncertainty(best.refined) if status == Status.OK else None
-    is_good = known_to is not None and known_to.is_good(pair.diameter)
     freedoms: tuple[Freedom, ...] = ()
     if slides and best.found.score >= belief.min_score:
         freedoms = find_freedoms(pair, best.T, motions)
     rivals = [trial for trial in others if is_rival(pair, trial, best, freedoms)]
-    orbit = Orbit()
-    if status == Status.OK:
-        turned = turn_by_itself(pair, best, freedoms, rivals)
-        believed = [trial.T for trial in rivals if is_believed(trial.found, belief)]
-        believed += [trial.T for trial in turned if trial.found.violations <= belief.max_violations]
-        rivals = keep_distinct(pair, [*rivals, *turned])
-        orbit = find_orbit(pair, best.T, believed, freedoms)
-        freedoms += orbit.freedoms
-    single = not (freedoms or orbit.symmetries or orbit.alternatives)
-    if status == Status.OK and not (single and is_good):
-        status = Status.AMBIGUOUS
-    estimate = PairEstimate(
+    found = PairEstimate(
         pair.source.view,
         pair.target.view,
         best.T,
@@ -119,11 +110,39 @@ def register_from(
         information=best.refined.information,
         center=best.refined.center,
         freedoms=freedoms,
+    )
+    if status == Status.OK:
+        return _settle(pair, use_color(pair, _open(pair, found, best, rivals)))
+    if status == Status.INCONSISTENT and pair.is_colored and verification.status_of(best.found, belief) == Status.OK:
+        told = use_color(pair, replace(_open(pair, found, best, rivals), status=Status.AMBIGUOUS))
+        return _settle(pair, told) if told.start == COLOR else found  # colours hold what slides
+    return found
+
+
+def _open(pair: PairRegistration, found: PairEstimate, best: Trial, rivals: Sequence[Trial]) -> PairEstimate:
+    """Return an estimate with all that explains its views as well and how well it is known; `ambiguous` if so."""
+    belief = pair.settings.judgement
+    turned = turn_by_itself(pair, best, found.freedoms, rivals)
+    believed = [trial.T for trial in rivals if is_believed(trial.found, belief)]
+    believed += [trial.T for trial in turned if trial.found.violations <= belief.max_violations]
+    rivals = keep_distinct(pair, [*rivals, *turned])
+    orbit = find_orbit(pair, best.T, believed, found.freedoms)
+    known_to = pair.measure_uncertainty(best.refined)
+    is_good = known_to is not None and known_to.is_good(pair.diameter)
+    return replace(
+        found,
+        status=Status.OK if orbit.is_single and not found.freedoms and is_good else Status.AMBIGUOUS,
+        confidence=verification.confidence(best.found, max((trial.found.score for trial in rivals), default=0.0)),
+        freedoms=found.freedoms + orbit.freedoms,
         symmetries=orbit.symmetries,
         alternatives=orbit.alternatives,
         margin=orbit.margin,
-    )
-    return verify_scale(pair, use_step(pair, estimate.with_uncertainty(known_to)))
+    ).with_uncertainty(known_to)
+
+
+def _settle(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
+    """What the user's step makes of an estimate, and whether colours and size speak against it."""
+    return verify_scale(pair, verify_color(pair, use_step(pair, estimate)))
 
 
 def challenge(pair: PairRegistration, estimate: PairEstimate, suspected: Sequence[Symmetry]) -> PairEstimate:
@@ -141,7 +160,8 @@ def challenge(pair: PairRegistration, estimate: PairEstimate, suspected: Sequenc
         symmetries=orbit.symmetries,
         alternatives=orbit.alternatives,
     )
-    return use_step(pair, left)
+    alike = [symmetry for symmetry in suspected if not symmetry.told_by_color]
+    return verify_color(pair, use_step(pair, doubt_color(pair, use_color(pair, left), alike)))
 
 
 def verify_scale(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:

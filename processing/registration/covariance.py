@@ -6,6 +6,7 @@ pull at the pose is summed, and the scatter of these sums tells the covariance, 
 White, A heteroskedasticity-consistent covariance matrix estimator, 1980, for clusters).
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -22,14 +23,34 @@ _LARGEST_SHARE = 0.95  # of the information that one patch may hold: what more w
 _LONGEST = 4.0  # steps, in the motion that is held most weakly
 
 
+class Rows(NamedTuple):
+    """Linearised residuals: how each changes with a turn [rad] about a centre and a shift [m]."""
+
+    rows: np.ndarray  # (N, 6)
+    weights: np.ndarray  # (N,)
+    residuals: np.ndarray  # (N,)
+    places: np.ndarray  # (N, 3) in the target's frame [m]
+    shared: np.ndarray  # (N, S) what S errors that all of them share add to each: a standard deviation's
+
+    @property
+    def pull(self) -> np.ndarray:
+        """(6,) what they pull at the pose together, as the b of normal equations."""
+        return self.rows.T @ (self.weights * self.residuals)
+
+
 def measure_uncertainty(
-    problem: Problem, T_target_source: np.ndarray, center: np.ndarray, patch: float, step: float
+    problem: Problem,
+    T_target_source: np.ndarray,
+    center: np.ndarray,
+    patch: float,
+    step: float,
+    besides: Callable[[np.ndarray, np.ndarray], Rows] | None = None,
 ) -> Uncertainty | None:
     """Measure the covariance about a centre (3,) of a pose that solves a problem; None where too few surfels meet.
 
     How the pull changes when the pose is moved by a step [m] either way tells how firmly it is held: surfels find
     others then, so noise of normals is not taken for relief, nor what a gate cuts off for certainty. A patch [m] is
-    what residuals are alike in.
+    what residuals are alike in. Besides the problem's there may be other residuals, by pose and centre.
     """
     here = find_pulls(problem, T_target_source)
     if len(here.places) < 6 * _LEAST_PATCHES:
@@ -37,10 +58,14 @@ def measure_uncertainty(
     reach = float(np.sqrt(((here.places - center) ** 2).sum(axis=1).mean()))
     units = np.repeat([1 / reach, 1.0], 3)
 
+    def pull(T: np.ndarray) -> np.ndarray:
+        _, b = normal_equations(problem, T, center)
+        return b if besides is None else b + besides(T, center).pull
+
     def change(direction: np.ndarray, size: float) -> np.ndarray:
         """How the pull (6,) changes along a direction (6,), per metre, within so many metres [m] either way."""
         moved = [motion(sign * size * direction * units, center) @ T_target_source for sign in (1, -1)]
-        there, back = (normal_equations(problem, T, center)[1] * units for T in moved)
+        there, back = (pull(T) * units for T in moved)
         return (there - back) / (2 * size)
 
     M = np.stack([change(unit, step) for unit in np.eye(6)], axis=1)
@@ -51,8 +76,17 @@ def measure_uncertainty(
         if longer > step:
             values[k] = direction @ change(direction, longer)
     inverse = vectors / np.maximum(values, _LEAST_INFORMATION * usual) @ vectors.T
-    covariance = spread(inverse, here.rows(center) * units, here.weights, here.residuals, here.places / patch)
-    return None if covariance is None else Uncertainty(covariance * units[:, None] * units, center)
+    told, systematic = (
+        [Rows(here.rows(center), here.weights, here.residuals, here.places, np.empty(0))],
+        np.zeros((6, 6)),
+    )
+    if besides is not None:
+        told.append(besides(T_target_source, center))
+        off = inverse @ ((told[1].rows * units * told[1].weights[:, None]).T @ told[1].shared)
+        systematic = off @ off.T
+    rows, weights, residuals, places = (np.concatenate(column) for column in list(zip(*told, strict=True))[:4])
+    covariance = spread(inverse, rows * units, weights, residuals, places / patch)
+    return None if covariance is None else Uncertainty((covariance + systematic) * units[:, None] * units, center)
 
 
 class Pulls(NamedTuple):

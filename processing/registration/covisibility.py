@@ -57,6 +57,10 @@ class Explanation:
         (ours, our_mean, _), (theirs, their_mean, spread) = (e._summarize(usual) for e in (self, other))
         return float((our_mean - their_mean) / (spread * np.sqrt(ours + theirs)))
 
+    def misfit(self, usual: float) -> float:
+        """The mean squared residual, in what is usual; infinite where no surfel tells anything."""
+        return self._summarize(usual)[1] if len(self.squares) else np.inf
+
     def _summarize(self, usual: float) -> tuple[float, float, float]:
         """Return what the square of the mean's deviation is made of: one over patches; the mean; a patch's deviation.
 

@@ -1,15 +1,18 @@
 """A pair of views to be registered: what both of them and the settings determine, for every step that asks."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from orbitscan.processing.registration import covariance, covisibility, surface_icp, unobservable, verification
+from orbitscan.processing.registration.covariance import Rows
 from orbitscan.processing.registration.covisibility import CovisibilitySettings, Explanation
 from orbitscan.processing.registration.hypotheses import StartSettings
 from orbitscan.processing.registration.matching import MatchSettings
+from orbitscan.processing.registration.normal_equations import Problem
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.registration.scale_difference import ScaleDifference, measure_scale
@@ -32,11 +35,13 @@ class PairSettings:
     starts: tuple[Literal["identity", "previous", "consensus"], ...] = ("identity", "previous", "consensus")
     # What competes: no motion, the previous step of the camera, and all that the correspondences propose.
     step_deg: float | None = None  # from one recorded view to the next, where the user knows it; see `turn_by_step`
+    color: bool = True  # whether colours decide what shapes leave open
     rivals: int = 6  # poses refined on the judged surfels, at most; the winner on all
     proposals: StartSettings = field(default_factory=StartSettings)
     # Where these lead nowhere, the correspondences are looked at once more:
     thorough: StartSettings = field(default_factory=lambda: StartSettings(hypotheses=3000, worth=0.0, most=16))
     thorough_matching: MatchSettings = field(default_factory=lambda: MatchSettings(nearest=2))
+    colored: StartSettings = field(default_factory=lambda: StartSettings(hypotheses=60, most=8))  # of colours' corners
     refinement: RefinementSettings = field(default_factory=RefinementSettings)
     judgement: VerificationSettings = field(default_factory=VerificationSettings)
     covisibility: CovisibilitySettings = field(default_factory=CovisibilitySettings)
@@ -67,6 +72,11 @@ class PairRegistration:
         belief = self.settings.judgement
         return np.radians(belief.distinct_deg), belief.distinct_shift * self.diameter
 
+    @property
+    def is_colored(self) -> bool:
+        """Whether both views have colours that may decide."""
+        return self.settings.color and all(v.surface.colors is not None for v in (self.source, self.target))
+
     def center(self, T: np.ndarray) -> np.ndarray:
         """The source's centre (3,) under a pose, in the target's frame."""
         return poses.transform(T, self.source.middle[None])[0]
@@ -96,21 +106,27 @@ class PairRegistration:
         how = self.settings
         return covisibility.explain(T, self.source, self.target, how.judgement.encounter, how.covisibility)
 
-    def measure_uncertainty(self, refined: Refined) -> Uncertainty | None:
-        """Measure how well an aligned pose is known; None where the views hardly meet."""
+    @cached_property
+    def problem(self) -> Problem:
+        """What brings the judged surfels together with the target."""
+        how = self.settings.refinement
+        return surface_icp.fine_problem(self.source.judged_surfels, self.target.fine_target, self.w, how)
+
+    def measure_uncertainty(
+        self, refined: Refined, besides: Callable[[np.ndarray, np.ndarray], Rows] | None = None
+    ) -> Uncertainty | None:
+        """Measure how well an aligned pose is known, where there are other residuals `besides` also by these.
+
+        None where the views hardly meet.
+        """
         if refined.center is None:
             return None
-        how, w = self.settings.refinement, self.w
-        patch, target = self.source.patch_size, self.target.fine_target
-        problem = surface_icp.fine_problem(self.source.judged_surfels, target, w, how)
-        return covariance.measure_uncertainty(problem, refined.T_target_source, refined.center, patch, _STEP * w)
+        T, patch, step = refined.T_target_source, self.source.patch_size, _STEP * self.w
+        return covariance.measure_uncertainty(self.problem, T, refined.center, patch, step, besides)
 
     def measure_scale(self, T: np.ndarray) -> ScaleDifference | None:
         """Measure how much larger the source is than the target, from an aligned pose; None where they hardly meet."""
-        problem = surface_icp.fine_problem(
-            self.source.judged_surfels, self.target.fine_target, self.w, self.settings.refinement
-        )
-        return measure_scale(problem, T, self.source.patch_size)
+        return measure_scale(self.problem, T, self.source.patch_size)
 
     def distance(self, T_a: np.ndarray, T_b: np.ndarray) -> float:
         """Measure how different two poses are: 1 where they just count as distinct."""

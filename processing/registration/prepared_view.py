@@ -2,15 +2,17 @@
 
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from orbitscan.processing.features.color_keypoints import detect_color_keypoints
 from orbitscan.processing.registration.correspondences import Target, make_target
 from orbitscan.processing.registration.free_space import RangeImage, make_range_image
 from orbitscan.processing.registration.surface_icp import RefinementSettings
+from orbitscan.processing.surface.appearance import Appearance, measure_appearance
 from orbitscan.processing.surface.preparation import Scale, Surface, Surfels
 from orbitscan.recorder.session import View, Views
 
@@ -53,6 +55,20 @@ class PreparedView:
     def judged_surfels(self) -> Surfels:
         """Surfels that stand for all when a pose is judged."""
         return self.surface.surfels.thinned(self.settings.judged_points)
+
+    @cached_property
+    def appearance(self) -> Appearance | None:
+        """What its surfels look like; None for a view without colours."""
+        return measure_appearance(self.surface, self.scale.working)
+
+    @cached_property
+    def by_color(self) -> "PreparedView | None":
+        """The view with the keypoints of its colours in the place of its shape's; None for one without colours."""
+        if self.appearance is None:
+            return None
+        rows = self.surface.surfels.every(self.settings.judged_points)
+        found = detect_color_keypoints(self.judged_surfels, self.appearance.of(rows), self.scale.working)
+        return replace(self, keypoints=found.points, descriptors=found.descriptors, frames=found.frames)
 
     @property
     def patch_size(self) -> float:

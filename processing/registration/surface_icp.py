@@ -106,7 +106,7 @@ def align(
         for _ in range(iterations):
             center = poses.transform(T, middle)[0]
             A, b = normal_equations(problem, T, center)
-            step = _solve_motion(A, b, center)
+            step = solve_motion(A, b, center)
             if step is None:
                 return Refined(T, False)
             T = step @ T
@@ -137,7 +137,7 @@ def _problem(
     return Problem(surfels.points, surfels.normals, surfels.variances + least, target, gate, slide, cutoff**2)
 
 
-def _solve_motion(A: np.ndarray, b: np.ndarray, center: np.ndarray) -> np.ndarray | None:
+def solve_motion(A: np.ndarray, b: np.ndarray, center: np.ndarray) -> np.ndarray | None:
     """Solve A x = -b for a turn and a shift about a centre: their motion (4, 4), None where it is undetermined."""
     x, A = -b, A + np.eye(6) * _RIDGE * np.trace(A)
     if not solve(A, x):

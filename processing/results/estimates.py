@@ -63,6 +63,7 @@ class Evidence:
     misfit: float | None = None  # the rmse in standard deviations of both surfaces
     violations: float | None = None  # share of points in front of a surface that the other sensor saw: free space
     unseen: float | None = None  # share of points that face the other sensor, which saw nothing there
+    color_misfit: float | None = None  # of colours, rms in standard deviations; only where they settled the pose
     observability: float | None = None  # how firmly the overlap holds its weakest motion; near 0 it slides
 
 
@@ -71,9 +72,10 @@ class Candidate:
     """A start that competed for a pair, and how the views agree where a first, coarse alignment took it.
 
     Its name says where it came from: `identity` (no motion), `previous` (the step from the view before), `ransac` (the
-    thesis's consensus set), `consensus 3` (the fourth best pose that single correspondences propose), `graph` (the
-    poses of the joint refinement so far), `first look` (the best of a first competition, where there was a second); or
-    another one's name and `turned by 15`: from there, so many degrees about an axis that the views hardly determine.
+    thesis's consensus set), `consensus 3` (the fourth best pose that single correspondences propose), `color 1` (the
+    second best that corners of colours propose), `graph` (the poses of the joint refinement so far), `first look` (the
+    best of a first competition, where there was a second); or another one's name and `turned by 15`: from there, so
+    many degrees about an axis that the views hardly determine.
     """
 
     start: str
@@ -97,11 +99,12 @@ class Symmetry:
     axis: Array  # (3,) unit
     point: Array  # (3,) metres, on the axis
     order: int  # 2 or more
+    told_by_color: bool = False  # whether the object's colours tell its turns apart, though its shape does not
 
     def moved(self, T_a_b: np.ndarray) -> "Symmetry":
         """The same, of coordinates in b, for coordinates in a."""
         axis, point = poses.rotate(T_a_b, self.axis[None])[0], poses.transform(T_a_b, self.point[None])[0]
-        return Symmetry(axis, point, self.order)
+        return replace(self, axis=axis, point=point)
 
     def turns(self) -> list[np.ndarray]:
         """The motions (4, 4) but the identity."""
@@ -137,7 +140,7 @@ class PairEstimate(_ErrorsInline):
     confidence: float
     evidence: Evidence
     candidates: tuple[Candidate, ...] = ()  # best first
-    start: str | None = None  # the candidate that led to the pose; `step` where the user's knowledge settled it
+    start: str | None = None  # the candidate that led to the pose; `color` or `step` where that settled it
     # (6, 6) of a turn [rad] about the centre, then a shift [m]; the inverse of the pose's covariance
     information: Annotated[Array | None, Field(exclude=True)] = None
     center: Annotated[Array | None, Field(exclude=True)] = None  # (3,) in the target's frame

@@ -1,9 +1,9 @@
-"""What a method's views leave open: free motions, symmetries; and which poses the user's step settled."""
+"""What a method's views leave open: free motions, symmetries; and which poses colours or the user's step settled."""
 
 from orbitscan.processing.results.estimates import Freedom, MethodResult, PairEstimate, Symmetry
 from orbitscan.processing.results.status import Status
 
-BY_STEP = "step"  # the start of a pair that the user's step settled
+SETTLED_BY = {"color": "colours", "step": "the user's step"}  # the starts of pairs that shape left open
 
 
 def find_freedoms(found: MethodResult) -> tuple[tuple[Freedom, ...], bool]:
@@ -35,12 +35,17 @@ def leaves_open(pair: PairEstimate) -> bool:
 
 def is_open(found: MethodResult) -> bool:
     """Whether other poses explain any of the views as well."""
-    return bool(found.freedoms or found.symmetries) or any(map(leaves_open, _ambiguous_pairs(found)))
+    repeats = any(not symmetry.told_by_color for symmetry in found.symmetries)
+    return bool(found.freedoms) or repeats or any(map(leaves_open, _ambiguous_pairs(found)))
 
 
-def list_settled(found: MethodResult) -> list[int]:
-    """The views whose pair the user's step settled."""
-    return [view for view, pair in found.speaking.items() if pair.start == BY_STEP]
+def list_settled(found: MethodResult) -> dict[str, list[int]]:
+    """The views whose pairs shape left open, by what settled them, in words."""
+    views = {
+        words: [view for view, pair in found.speaking.items() if pair.start == start and pair.status == Status.OK]
+        for start, words in SETTLED_BY.items()
+    }
+    return {words: settled for words, settled in views.items() if settled}
 
 
 def _ambiguous_pairs(found: MethodResult) -> list[PairEstimate]:

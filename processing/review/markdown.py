@@ -72,7 +72,8 @@ def describe_freedom(freedom: Freedom) -> str:
 def describe_symmetry(symmetry: Symmetry) -> str:
     """Turns that change nothing, with their axis."""
     turn = number(360 / symmetry.order)
-    return f"{symmetry.order}-fold about {_axis(symmetry.axis)}: turned by any multiple of {turn}° it looks the same"
+    told = "has the same shape, but for its colours" if symmetry.told_by_color else "looks the same"
+    return f"{symmetry.order}-fold about {_axis(symmetry.axis)}: turned by any multiple of {turn}° it {told}"
 
 
 def describe_bounds(rotation_bound_deg: float, center_bound_m: float) -> str:

@@ -48,9 +48,13 @@ class Surfels:
     def __len__(self) -> int:
         return len(self.points)
 
+    def every(self, most: int) -> slice:
+        """Which surfels `thinned` returns."""
+        return slice(None, None, max(1, -(-len(self) // most)))
+
     def thinned(self, most: int) -> "Surfels":
         """Return every n-th surfel, `most` at most; contiguous, so that kernels are compiled for one layout only."""
-        step = slice(None, None, max(1, -(-len(self) // most)))
+        step = self.every(most)
         return Surfels(*map(np.ascontiguousarray, (self.points[step], self.normals[step], self.variances[step])))
 
 

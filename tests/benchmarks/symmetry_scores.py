@@ -19,12 +19,14 @@ from orbitscan.processing.results.status import Status
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import choose_scale
 from orbitscan.recorder.session import Session, in_memory
+from orbitscan.recorder.simulation.appearance import Lamp, Paint
 from orbitscan.recorder.simulation.camera import simulate
 from tests.benchmarks.solids import SOLIDS
 
 RUN = ("pairwise", "refined")
 MUG = "coffee_mug"
 KINDS = ("solids", "mugs", "controls")
+COLOR_NOISE, COLOR_SHIFT = 4.0, {"gaussian": 0.0, "kinect": 1.0}  # of 255; pixels
 VERTICAL_DEG = 10.0  # an axis so near to the vertical is meant to be it
 
 
@@ -39,6 +41,10 @@ class Case:
     instance: int = 1
     sensor: Literal["gaussian", "kinect"] = "gaussian"
     seed: int = 0
+    paint: Paint = "own"
+    lamp: Lamp = "object"
+    gloss: float = 0.0
+    color: bool = True  # whether colours count
 
     @property
     def views(self) -> int:
@@ -58,6 +64,9 @@ class Case:
     def __str__(self) -> str:
         name = f"{self.object} {self.instance}" if self.object == MUG else self.object
         extras = [f"seed {self.seed}" * bool(self.seed), self.sensor * (self.sensor != "gaussian")]
+        extras.append(
+            f"{self.paint}, lamp {self.lamp}" * (self.paint != "own") + ", without colours" * (not self.color)
+        )
         told = f"{self.step} deg{' known' * self.known}"
         return ", ".join(filter(None, [f"{name} {told} {self.noise:g} mm", *extras]))
 
@@ -100,6 +109,7 @@ class PairScore:
     bound_m: float | None
     axes: tuple[Axis, ...]
     alternatives: int  # other poses
+    start: str | None = None  # what it came from
 
 
 @dataclass(frozen=True)
@@ -146,8 +156,8 @@ class Found:
 def run(case: Case) -> Score:
     """The session of a case by all methods, against the truth."""
     session, settings = build(case), Settings()
-    if case.known:
-        settings = replace(settings, pair=replace(settings.pair, step_deg=360 / case.views))
+    step_deg = 360 / case.views if case.known else None
+    settings = replace(settings, pair=replace(settings.pair, step_deg=step_deg, color=case.color))
     views, truth = session.views(), session.truth()
     started = time.process_time()
     results = process(views, session.info, settings, RUN, seed=case.seed)
@@ -168,9 +178,10 @@ def build(case: Case) -> Session:
     with tempfile.TemporaryDirectory() as folder:
         solid = SOLIDS.get(case.object)
         what = case.object if solid is None else solid.write(Path(folder))
-        session = simulate(
-            what, case.instance, views=case.views, sensor=case.sensor, noise_mm=case.noise, seed=case.seed
-        )
+        looks = {"paint": case.paint, "lamp": case.lamp, "gloss": case.gloss}
+        looks |= {"color_noise": COLOR_NOISE, "color_shift": COLOR_SHIFT[case.sensor]} if case.paint != "own" else {}
+        seen = {"views": case.views, "sensor": case.sensor, "noise_mm": case.noise, "seed": case.seed}
+        session = simulate(what, case.instance, **seen, **looks)
     return in_memory(session.info, list(session.views()), session.truth())
 
 
@@ -194,7 +205,7 @@ def _score_pair(pair: PairEstimate, vertical: np.ndarray) -> PairScore:
     return PairScore(
         pair.source, pair.target, pair.status, errors.rotation_error_deg_observable, errors.center_error_m_observable,
         pair.rotation_bound_deg, pair.center_bound_m,
-        _score_axes(pair, vertical), len(pair.alternatives),
+        _score_axes(pair, vertical), len(pair.alternatives), pair.start,
     )  # fmt: skip
 
 

@@ -13,9 +13,9 @@ from orbitscan.recorder.simulation.camera import simulate
 from tests.benchmarks.solids import SOLIDS
 
 
-def run(tmp_path, name, views, used, step_deg=None, noise=1.0):
+def run(tmp_path, name, views, used, step_deg=None, noise=1.0, **looks):
     """Both our methods on the first views of a solid's turn, with errors."""
-    session = simulate(SOLIDS[name].write(tmp_path), views=views, noise_mm=noise)
+    session = simulate(SOLIDS[name].write(tmp_path), views=views, noise_mm=noise, **looks)
     settings = Settings()
     settings = replace(settings, pair=replace(settings.pair, step_deg=step_deg))
     stream = process(session.views(f"0:{used}"), session.info, settings, ("pairwise", "refined"))
@@ -76,3 +76,36 @@ def test_what_a_kinects_noise_hides_is_not_called_right():
         assert all(v.errors.rotation_error_deg < WRONG_DEG for v in method.views if v.status == "ok")
         ambiguous = [pair for pair in method.pairs if pair.status == "ambiguous"]
         assert ambiguous
+
+
+@pytest.mark.parametrize(("name", "views"), [("prism06", 8), ("carton", 6)])
+def test_a_print_tells_what_the_shape_leaves_open(tmp_path, name, views):
+    """The lamp stands still and shines on the print, which alone tells the sides apart."""
+    looks = {"paint": "print", "lamp": "room", "gloss": 0.3, "color_noise": 3.0}
+    _, found = run(tmp_path, name, views, 4, **looks)
+    for method in found.values():
+        assert [view.status for view in method.views] == ["ok"] * 4
+        assert max(view.errors.rotation_error_deg for view in method.views) < 1
+        assert "color" in [pair.start for pair in method.pairs]
+
+
+def test_a_label_tells_where_it_is_seen_and_nothing_elsewhere(tmp_path):
+    """The label is at the front, where views 0, 1 and 2 see it; what follows shows plain sides that are alike."""
+    looks = {"paint": "label", "lamp": "camera", "gloss": 0.3, "color_noise": 3.0}
+    _, found = run(tmp_path, "prism06", 12, 6, **looks)
+    views = found["refined"].views
+    assert [view.status for view in views[:2]] == ["ok"] * 2
+    assert views[5].status != "ok"
+    assert all(view.errors.rotation_error_deg < 1 for view in views if view.status == "ok")
+
+
+@pytest.mark.parametrize("paint", ["plain", "own"])
+def test_a_plain_bottle_before_a_lamp_is_as_without_colours(paint):
+    """Where light is all that colours show, statuses are what they are without."""
+    session = simulate("water_bottle", views=12, paint=paint, lamp="camera", gloss=0.5, color_noise=3)
+    statuses = []
+    for color in (True, False):
+        settings = replace(Settings(), pair=replace(Settings().pair, color=color))
+        *_, result = process(session.views("0:2"), session.info, settings, ("pairwise", "refined"))
+        statuses.append([[view.status for view in method.views] for method in result.reconstruction.values()])
+    assert statuses[0] == statuses[1]

@@ -9,7 +9,7 @@ from orbitscan.processing.results.edges import Disagreement, left_out
 from orbitscan.processing.results.estimates import Candidate, PairEstimate, ViewEstimate
 from orbitscan.processing.results.records import SessionResult, ViewResult
 from orbitscan.processing.results.status import Method, Status
-from orbitscan.processing.review.ambiguity import BY_STEP, leaves_open
+from orbitscan.processing.review.ambiguity import SETTLED_BY, leaves_open
 from orbitscan.processing.review.markdown import (
     describe_bounds,
     describe_freedom,
@@ -105,8 +105,8 @@ def describe_ambiguity(pair: PairEstimate) -> Iterator[str]:
         yield f"As good when turned by {', '.join(turns)}"
     if pair.margin is not None:
         yield f"The next candidate explains the views worse by {number(pair.margin)} standard deviations"
-    if pair.start == BY_STEP:
-        yield "Placed by the user's step"
+    if pair.start in SETTLED_BY:
+        yield f"Placed by {SETTLED_BY[pair.start]}"
 
 
 def list_starts(pair: PairEstimate) -> Iterator[tuple[Candidate, str]]:
@@ -133,6 +133,8 @@ def describe_evidence(pair: PairEstimate) -> str:
         parts.append(f"overlap {e.overlap:.0%}")
     if e.rmse_m is not None:
         parts.append(f"residual {in_mm(e.rmse_m)} mm")
+    if e.color_misfit is not None:
+        parts.append(f"colours {number(e.color_misfit)} standard deviations apart")
     if e.violations:
         parts.append(f"{e.violations:.1%} in front of what the other view saw")
     if e.unseen:

@@ -83,8 +83,8 @@ def summarize(result: SessionResult, methods: Sequence[Method]) -> str:
     for told in (describe_freedoms, describe_symmetries):
         if text := told(found, step_was_given):
             lines += [text, ""]
-    if settled := list_settled(found):
-        lines += [f"**By the user's step:** {plural(len(settled), 'view')} {enumerate_views(settled)}.", ""]
+    for words, settled in list_settled(found).items():
+        lines += [f"**By {words}:** {plural(len(settled), 'view')} {enumerate_views(settled)}.", ""]
     if notes := _list_notes(found):
         lines += [*(f"- {note}" for note in notes), ""]
     if best == "refined" and (dropped := len(left_out(found))):

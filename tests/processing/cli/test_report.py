@@ -55,5 +55,14 @@ def test_a_view_that_is_known_too_badly_is_not_said_to_look_the_same(show):
     assert "looks the same" not in text
 
 
-def test_what_the_step_settled_has_a_line(show):
+def test_what_the_step_or_colours_settled_has_a_line(show):
     assert "blob: view 1 by the user's step" in show(Status.OK, start="step")
+    assert "blob: view 1 by colours" in show(Status.OK, start="color")
+
+
+def test_a_symmetry_that_colours_tell_leaves_nothing_open(show):
+    lines = show(Status.AMBIGUOUS, (replace(HEXAGON, told_by_color=True),), rotation_bound_deg=7.0, center_bound_m=0.01)
+    assert any(
+        line.endswith("turned by any multiple of 60° it has the same shape, but for its colours") for line in lines
+    )
+    assert any("1 views are ambiguous: nothing competes with their poses" in line for line in lines)

@@ -59,7 +59,7 @@ def test_symmetries_the_step_and_notes_are_told(reviewed):
         pairs=tuple(replace(pair, start="step") if pair.target == pair.source - 1 else pair for pair in found.pairs),
     )
     words = summary.summarize(replace(session, reconstruction={"refined": settled}), ["refined"])
-    assert "**By the user's step:** views 1, 2, 3." in words
+    assert "**By the user's step:** views 1, 2." in words
     assert "- views 0, 1: Looked at twice." in words
 
 
