@@ -52,7 +52,8 @@ def use_color(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
     ]
     others = [T for T, worse in rivals if worse <= colors.refuted]
     refuted = [worse for _, worse in rivals if worse > colors.refuted]
-    refuted += [colors.explain(T).worse_than(explained) for T in hopeless[:1]]
+    seen = (colors.explain(T) for T in hopeless)
+    refuted += [other.worse_than(explained) for other in seen if len(other.squares)][:1]
     return _settle(colors, estimate, best, explained, others, min(refuted, default=None))
 
 

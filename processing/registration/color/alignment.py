@@ -12,6 +12,7 @@ import numpy as np
 from orbitscan.processing.registration.color.comparison import ColorPair
 from orbitscan.processing.registration.covariance import Rows
 from orbitscan.processing.registration.normal_equations import normal_equations
+from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.surface_icp import Refined, middle_problem, solve_motion
 from orbitscan.processing.results.uncertainty import Uncertainty
 from orbitscan.processing.surface.appearance import CHANNELS
@@ -63,6 +64,7 @@ def linearize(colors: ColorPair, T: np.ndarray, center: np.ndarray, coarse: bool
     left, weights = remove_light(compared.residuals, compared.variances, compared.light)
     beside_by = _BESIDE * colors.pair.source.scale.patch
     turned = T[:3, :3] - np.eye(3)  # how the way the source's camera is off comes to lie against the target's
+    turned = turned @ _across(colors.pair.source)
     rows = np.empty((len(left), CHANNELS, 9))
     for channel in range(CHANNELS):
         slope = compared.slopes[:, channel]
@@ -70,3 +72,12 @@ def linearize(colors: ColorPair, T: np.ndarray, center: np.ndarray, coarse: bool
         rows[:, channel] = change - project(compared.light, weights[:, channel], change)
     rows, beside = np.split(rows.reshape(-1, 9), [6], axis=1)
     return Rows(rows, weights.ravel(), left.ravel(), np.repeat(compared.places, CHANNELS, axis=0), beside)
+
+
+def _across(view: PreparedView) -> np.ndarray:
+    """The projection (3, 3) onto what lies across a sensor's line of sight; onto all if its place is unknown."""
+    origin = view.surface.sensor_origin
+    if origin is None:
+        return np.eye(3)
+    sight = view.middle - origin
+    return np.eye(3) - np.outer(sight, sight) / max(float(sight @ sight), 1e-12)

@@ -19,7 +19,7 @@ from orbitscan.processing.surface.lighting import remove_light
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
-_FEWEST, _FEWEST_COARSE = 300, 60  # surfels that meet, of which lamps and paint are told: each the same share
+_LEAST_SHARE, _FEWEST = 0.075, 60  # of the source's surfels that must meet for paint and lamps to be told apart
 _TRACES = 0.06  # of a logarithm, that light leaves where it is not quite what is fitted: no more is taken for paint
 _LEFT = 0.5  # share of the contrast that the right pose may leave unexplained
 _FAINT = 0.1  # contrast that is none, in what is usual at least
@@ -66,7 +66,8 @@ class ColorPair:
 
     def accounts_for_most(self, T: np.ndarray, told: Explanation) -> bool:
         """Whether an explanation accounts for most of the contrast in what meets under a pose, be it noise."""
-        return told.misfit(1.0) <= _LEFT * self.explain_by_nothing(T).misfit(1.0)
+        left = told.misfit(1.0)
+        return np.isfinite(left) and left <= _LEFT * self.explain_by_nothing(T).misfit(1.0)
 
     def accounts_for_contrast(self, T: np.ndarray, told: Explanation) -> bool:
         """Whether there certainly is contrast in what meets under a pose, and an explanation accounts for most."""
@@ -86,7 +87,7 @@ class ColorPair:
         found = find_correspondences(points, normals, target, gate)
         met = np.flatnonzero((found >= 0) & ~looks.bright)
         met = met[~self.target.bright[target.grid.order[found[met]]]]
-        met = met if len(met) >= (_FEWEST_COARSE if coarse else _FEWEST) else met[:0]
+        met = met if len(met) >= self._fewest(coarse) else met[:0]
         at = found[met]
         other = target.grid.order[at]
         offset = points[met] - target.grid.points[at]
@@ -125,11 +126,16 @@ class ColorPair:
         self, source: np.ndarray, residuals: np.ndarray, variances: np.ndarray, light: np.ndarray, coarse: bool
     ) -> Explanation:
         settings = self.pair.settings.covisibility
-        if len(source) < (_FEWEST_COARSE if coarse else _FEWEST):
+        if len(source) < self._fewest(coarse):
             return Explanation(np.empty(0), np.empty(0, np.int64), settings)
         left = np.maximum(np.abs(remove_light(residuals, variances, light)[0]) - _TRACES, 0.0)
         patches = self._patches_coarse if coarse else self.pair.source.patches[0]
         return Explanation((left**2 / variances).ravel(), np.repeat(patches[source], CHANNELS), settings)
+
+    def _fewest(self, coarse: bool) -> float:
+        return max(
+            _FEWEST if coarse else 2 * _FEWEST, _LEAST_SHARE * len((self._coarse if coarse else self._judged)[0])
+        )
 
     @cached_property
     def _by_normal(self) -> cKDTree:
