@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, eye
 from scipy.sparse.linalg import splu
 
+from orbitscan.processing.registration.ambiguity.by_color import COLOR
 from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.results.uncertainty import Uncertainty
 from orbitscan.recorder import poses
@@ -75,7 +76,8 @@ def _sum(pairs: Sequence[PairEstimate], effects: Sequence[np.ndarray]) -> np.nda
     """The covariance (6, 6) that the errors of pairs add up to, those of one view's noise together.
 
     Along a chain a view's noise in the pair that leads to it cancels that in the next one; what a sensor is off the
-    same way in all views does not. So where all errors for themselves add up to more, that is believed.
+    same way in all views does not. So where all errors for themselves add up to more, that is believed; and where those
+    of pairs that colours settled do so one on top of the other: a camera puts all colours beside the surface alike.
     """
     covariance, apart = np.zeros((6, 6)), np.zeros((6, 6))
     shared: dict[int, np.ndarray] = {}
@@ -87,4 +89,5 @@ def _sum(pairs: Sequence[PairEstimate], effects: Sequence[np.ndarray]) -> np.nda
             shared[view] = shared.get(view, np.zeros((6, 6))) + sign * np.sqrt(overlap / 2) * effect
     for together in shared.values():
         covariance += together @ together.T
-    return max(covariance, apart, key=np.trace)
+    colored = sum((e for pair, e in zip(pairs, effects, strict=True) if pair.start == COLOR), np.zeros((6, 6)))
+    return max(covariance, apart, colored @ colored.T, key=np.trace)

@@ -71,3 +71,13 @@ def test_a_session_of_one_view_has_nothing_to_know():
 def test_a_pair_of_which_nobody_knows_how_well_is_refused():
     with pytest.raises(ValueError, match="views 1 and 0"):
         measure_graph([replace(edge(1, 0, np.eye(4)), covariance=None)], {0: np.eye(4), 1: np.eye(4)}, CENTER, 0)
+
+
+def test_what_colours_are_off_adds_up_along_a_chain():
+    """A camera puts all colours beside the surface alike: errors of a chain of such pairs do not average out."""
+    T_0 = {view: np.eye(4) for view in range(5)}
+    bounds = []
+    for start in ("identity", "color"):
+        pairs = [edge(view, view - 1, np.eye(4), start=start) for view in range(1, 5)]
+        bounds.append(measure_graph(pairs, T_0, np.zeros(3), 0)[4].rotation_bound_deg)
+    assert bounds[1] == pytest.approx(2 * bounds[0], rel=0.01)
