@@ -2,7 +2,7 @@
 
 Objects that repeat themselves or slide, with a print all round, with one label or stripe, and plain before a lamp that
 shines on them; plain ones with colours left out besides, which must come out the same. Sessions are kept in a file as
-they finish, in an order drawn once, as those of `bench-symmetry` are. The whole takes an hour and a half on two cores.
+they finish, in an order drawn once, as those of `bench-symmetry` are. The whole takes some three hours on two cores.
 """
 
 import argparse
