@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from orbitscan.processing.kernels.blas import SingleThreaded
 from orbitscan.processing.reconstruction.pose_graph import viewing_direction
 from orbitscan.processing.registration.ambiguity.symmetry import join, name_turn
 from orbitscan.processing.registration.color.comparison import ColorPair
@@ -66,6 +67,7 @@ def find_self_symmetries(
     return found
 
 
+@SingleThreaded()
 def tell_by_color(
     cache: ViewCache,
     T_0: Mapping[int, np.ndarray],

@@ -1,13 +1,11 @@
 """Correspondences: descriptor pairs closer than a threshold (thesis 4.2)."""
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
+from orbitscan.processing.kernels.blas import SingleThreaded
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.results.estimates import Correspondences, PairEstimate
@@ -34,7 +32,7 @@ def match(source: np.ndarray, target: np.ndarray, settings: MatchSettings) -> np
     target_valid = np.flatnonzero(np.isfinite(target[:, 0]))
     if not len(source_valid) or not len(target_valid):
         return np.empty((0, 2), np.int64)
-    with _single_threaded_blas():  # the sums' order may not depend on the number of threads
+    with SingleThreaded():  # the sums' order may not depend on the number of threads
         cosine = source[source_valid] @ target[target_valid].T
     if settings.nearest == 1:
         nearest = cosine.argmax(axis=1)[:, None]
@@ -46,17 +44,6 @@ def match(source: np.ndarray, target: np.ndarray, settings: MatchSettings) -> np
     order = np.argsort(distance, kind="stable")
     order = order[distance[order] < settings.max_distance]
     return np.stack([source_valid[rows[order]], target_valid[columns[order]]], axis=1)
-
-
-@cache
-def _libraries() -> ThreadpoolController:
-    """The libraries loaded, looked up once: that takes longer than a match."""
-    return ThreadpoolController()
-
-
-def _single_threaded_blas() -> AbstractContextManager[object]:
-    """A context in which matrix products use one thread."""
-    return _libraries().limit(limits=1, user_api="blas")
 
 
 def choose_correspondences(

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from orbitscan.processing.kernels.blas import SingleThreaded
 from orbitscan.processing.registration import verification
 from orbitscan.processing.registration.color.alignment import align_by_color, measure_uncertainty
 from orbitscan.processing.registration.color.candidates import choose_likely, look_everywhere
@@ -20,6 +21,7 @@ AGAINST_COLOR = "its colours decide against the pose that its shape tells"
 _DOUBTFUL = 30.0  # standard deviations by which the next candidate is worse: of a pose by less, colours are asked
 
 
+@SingleThreaded()
 def use_color(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
     """Choose, of all that explains the shapes of an `ambiguous` pair, what explains its colours.
 
@@ -57,6 +59,7 @@ def use_color(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
     return _settle(colors, estimate, best, explained, others, min(refuted, default=None))
 
 
+@SingleThreaded()
 def verify_color(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
     """Return an estimate, as `inconsistent` if its shape tells it, not clearly, and its colours are against it."""
     T, margin = estimate.T_target_source, estimate.margin
@@ -67,6 +70,7 @@ def verify_color(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate
     return replace(estimate, status=Status.INCONSISTENT, note=AGAINST_COLOR)
 
 
+@SingleThreaded()
 def doubt_color(pair: PairRegistration, estimate: PairEstimate, alike: Sequence[Symmetry]) -> PairEstimate:
     """Return an estimate that colours settled, `ambiguous` if its object's colours repeat themselves out of its sight.
 

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from orbitscan.processing.kernels.blas import SingleThreaded
 from orbitscan.processing.registration.correspondences import find_correspondences
 from orbitscan.processing.registration.covisibility import Explanation
 from orbitscan.processing.registration.pair import PairRegistration
@@ -98,6 +99,7 @@ class ColorPair:
         light = np.hstack([looks.light[met], self.target.light[other]])
         return Compared(points[met], met, (ours + theirs) / 2, residuals, variances, light)
 
+    @SingleThreaded()
     def explain(self, T: np.ndarray, coarse: bool = False) -> Explanation:
         """Tell how a pose explains the colours of what both views show."""
         found = self.compare(T, coarse)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.registration.ambiguity.by_color import COLOR, doubt_color, use_color
@@ -50,6 +51,18 @@ def test_a_print_leaves_one_pose(tmp_path, name):
 def test_a_plain_body_stays_open_in_any_light(tmp_path, lamp):
     pair, left = open_pair(scene(tmp_path, "water_bottle", 12, paint="plain", lamp=lamp, gloss=0.5))
     assert use_color(pair, left) is left
+
+
+def test_the_number_of_threads_changes_no_bit(tmp_path):
+    found = []
+    for threads in (1, 2):
+        body = scene(tmp_path, "water_bottle", 6, paint="print", lamp="room", gloss=0.3)
+        pair, left = open_pair(body)
+        with threadpool_limits(threads, user_api="blas"):
+            found.append(use_color(pair, left))
+    assert found[0].start == COLOR
+    assert np.array_equal(found[0].T_target_source, found[1].T_target_source)
+    assert np.array_equal(found[0].covariance, found[1].covariance)
 
 
 def test_shuffled_colours_decide_nothing(printed):
