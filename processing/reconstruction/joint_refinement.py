@@ -17,7 +17,7 @@ from orbitscan.processing.reconstruction.self_registration import find_self_symm
 from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.reconstruction.view_judgement import bound_centers, judge_views
 from orbitscan.processing.registration.ambiguity.known_step import distrust, is_refuted
-from orbitscan.processing.registration.ambiguity.symmetry import find_agreed, join
+from orbitscan.processing.registration.ambiguity.symmetry import find_agreed, is_turn, join
 from orbitscan.processing.registration.color.comparison import ColorPair
 from orbitscan.processing.registration.competition import challenge
 from orbitscan.processing.registration.pair import PairRegistration, PairSettings
@@ -73,13 +73,14 @@ def refine_jointly(
     views = judge_views(placed, kept, origin, graph.diameter, contradicting)
     shown = [_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)]
     shown += [_mark(edge, keep=False) for edge in graph.refuted]
+    freedoms = _find_freedoms(solution, edges, graph.diameter, settings)
     return MethodResult.of(
         views,
         bound_centers(shown, views),
         origin,
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
-        freedoms=_find_freedoms(solution, edges, graph.diameter, settings),
-        symmetries=tuple(graph.symmetries),
+        freedoms=freedoms,
+        symmetries=tuple(s for s in graph.symmetries if not is_turn(freedoms, s, graph.diameter)),
     )
 
 

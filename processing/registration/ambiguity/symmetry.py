@@ -1,6 +1,7 @@
 """Groups of turns that leave what is seen of an object unchanged: what they lead to, and which are the same."""
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from itertools import product
 
 import numpy as np
@@ -12,7 +13,8 @@ from orbitscan.recorder import poses
 _MOST_ORDER = 36  # turns by less than ten degrees are not told from a free turn
 _LEAST_TURN_DEG = 5.0  # a smaller turn is none
 _BETWEEN = (0.5, 0.382)  # of the way to the next turn of a symmetry: where these stand, any turn does
-_AS_WELL = 2.5  # standard deviations by which a symmetry's turns explain the views worse on average, at most
+_AS_WELL = 5.0  # standard deviations by which a symmetry's turns explain the views worse on average, at most ...
+_NO_BETTER = 1.0  # ... and more than those of another order about the axis do: 13 sides are nearly as good as 12
 _LARGEST_GROUP = 120  # motions; the rotations of an icosahedron are 60
 _SAME_TURN_DEG = 3.0  # two turns so near to each other are one
 _SAME_AXIS_DEG, _SAME_AXIS_SHARE = 8.0, 0.05  # two axes that are one: degrees apart, share of the diameter apart
@@ -42,10 +44,10 @@ def name_turn(
 ) -> Symmetry | Freedom | None:
     """Name the symmetry that a motion D (4, 4) of an object about its centre (3,) [m] is part of.
 
-    It is the one of the highest order all of whose turns leave what is seen as it is; a free turn where any angle does;
-    None where the motion is hardly a turn, or shifts along its axis by more than the limit [m], or explains too badly.
-    `worse_by` tells by how many standard deviations a turn explains the views worse; None: it is refuted; NaN: nothing
-    tells.
+    It is the one of the highest order all of whose turns leave what is seen as it is, where no other order does so
+    clearly better; a free turn where any angle does. None where the motion is hardly a turn, or shifts along its axis
+    by more than the limit [m], or explains too badly. `worse_by` tells by how many standard deviations a turn explains
+    the views worse; None: it is refuted; NaN: nothing tells.
     """
     turn = Rotation.from_matrix(D[:3, :3]).as_rotvec()
     angle = float(np.linalg.norm(turn))
@@ -57,12 +59,14 @@ def name_turn(
         return None
     point = np.linalg.lstsq(D[:3, :3] - np.eye(3), along * axis - D[:3, 3], rcond=1e-6)[0]
     point += axis * (axis @ (center - point))
-    for order in range(_MOST_ORDER, 1, -1):
-        symmetry = Symmetry(axis, point, order)
-        if _is_multiple(np.degrees(angle), 360 / order) and _explains(symmetry, worse_by):
-            between = [poses.turn_about(axis, point, 2 * np.pi / order * share) for share in _BETWEEN]
-            return Freedom("turn", axis, point) if all(map(_stands(worse_by), between)) else symmetry
-    return None
+    orders = [order for order in range(_MOST_ORDER, 1, -1) if _is_multiple(np.degrees(angle), 360 / order)]
+    means = _explain_each([Symmetry(axis, point, order) for order in orders], worse_by)
+    least = min(means.values(), default=np.inf)
+    if least > _AS_WELL:
+        return None
+    symmetry = next(symmetry for symmetry, mean in means.items() if mean <= min(_AS_WELL, least + _NO_BETTER))
+    between = [poses.turn_about(axis, point, 2 * np.pi / symmetry.order * share) for share in _BETWEEN]
+    return Freedom("turn", axis, point) if all(map(_stands(worse_by), between)) else symmetry
 
 
 def _stands(worse_by: Callable[[np.ndarray], float | None]) -> Callable[[np.ndarray], bool]:
@@ -75,16 +79,29 @@ def _stands(worse_by: Callable[[np.ndarray], float | None]) -> Callable[[np.ndar
     return stands
 
 
-def _explains(symmetry: Symmetry, worse_by: Callable[[np.ndarray], float | None]) -> bool:
-    """Whether none of a symmetry's turns is refuted, the least is told, and together they explain the views as well."""
-    told: list[float] = []
-    for turn in symmetry.turns():
-        worse = worse_by(turn)
-        if worse is None or (not told and np.isnan(worse)):
-            return False
-        if not np.isnan(worse):
-            told.append(max(0.0, worse))
-    return float(np.mean(told)) <= _AS_WELL
+def _explain_each(
+    symmetries: Sequence[Symmetry], worse_by: Callable[[np.ndarray], float | None]
+) -> dict[Symmetry, float]:
+    """Tell by how many deviations the turns of symmetries about one axis explain the views worse on average.
+
+    Only of those none of whose turns is refuted, and whose least turn is told.
+    """
+    known: dict[Fraction, float | None] = {}  # by shares of a whole turn: many orders have the same ones
+    means = {}
+    for symmetry in symmetries:
+        told: list[float] = []
+        for k, turn in enumerate(symmetry.turns(), 1):
+            share = Fraction(k, symmetry.order)
+            if share not in known:
+                known[share] = worse_by(turn)
+            worse = known[share]
+            if worse is None or (k == 1 and np.isnan(worse)):
+                break
+            if not np.isnan(worse):
+                told.append(max(0.0, worse))
+        else:
+            means[symmetry] = float(np.mean(told))
+    return means
 
 
 def _is_multiple(angle: float, unit: float) -> bool:
