@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, eye
 from scipy.sparse.linalg import splu
 
-from orbitscan.processing.registration.ambiguity.by_color import COLOR
+from orbitscan.processing.registration.color.decision import COLOR
 from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.results.uncertainty import Uncertainty
 from orbitscan.recorder import poses

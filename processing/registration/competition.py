@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from orbitscan.processing.registration import verification
-from orbitscan.processing.registration.ambiguity.by_color import COLOR, doubt_color, use_color, verify_color
 from orbitscan.processing.registration.ambiguity.free_motions import find_freedoms
 from orbitscan.processing.registration.ambiguity.known_step import STEP, use_step
 from orbitscan.processing.registration.ambiguity.orbit import find_orbit
+from orbitscan.processing.registration.color.decision import COLOR, doubt_color, use_color, verify_color
 from orbitscan.processing.registration.color.proposals import propose_by_color
 from orbitscan.processing.registration.hypotheses import propose
 from orbitscan.processing.registration.matching import match

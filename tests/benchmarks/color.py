@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from orbitscan.processing.registration.ambiguity.by_color import COLOR
+from orbitscan.processing.registration.color.decision import COLOR
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder.simulation.appearance import LAMPS, Lamp, Paint
 from tests.benchmarks.solids import SOLIDS

@@ -7,7 +7,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from orbitscan.processing.reconstruction.trajectory import Hints
-from orbitscan.processing.registration.ambiguity.by_color import COLOR, doubt_color, use_color
+from orbitscan.processing.registration.color.decision import COLOR, doubt_color, use_color
 from orbitscan.processing.results.estimates import Symmetry
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import first_views
