@@ -5,11 +5,12 @@ which white light leaves as they are.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from orbitscan.processing.surface.lighting import find_highlights, light_basis
+from orbitscan.processing.surface.lighting import TRACES, find_highlights, light_basis, remove_light
 from orbitscan.processing.surface.preparation import Surface, Surfels
 
 CHANNELS = 3
@@ -17,6 +18,7 @@ _DARK = 10.0  # of 255, added before the logarithm: what is darker is a sensor's
 _NEAREST = 16  # points that tell a surfel's colour
 _LEAST_DEVIATION = 0.015  # of a logarithm: two images of one spot differ by as much, whatever a sensor's noise
 _OFF = 1.0  # multiples of w by which colours may lie beside the depths that they belong to
+_PATTERN = 0.5  # mean square in variances, beyond traces of light, of a view with paint; a plain one's is half as much
 _MIXED = np.array([[1 / 3, 1 / 3, 1 / 3], [1, -1, 0], [0.5, 0.5, -1]])  # brightness and chromas, from red, green, blue
 _RIDGE = 1e-3  # of the trace: points in one line tell no gradient across it
 
@@ -30,6 +32,14 @@ class Appearance:
     variances: np.ndarray  # (S, 3)
     light: np.ndarray  # (S, L) what lamps may add up of, in this view
     bright: np.ndarray  # (S,) bool: so bright that a lamp may be mirrored there
+
+    @cached_property
+    def is_patterned(self) -> bool:
+        """Whether there is paint: clearly more contrast than lamps and noise leave of one colour."""
+        dull = ~self.bright
+        left, _ = remove_light(self.values[dull], self.variances[dull], self.light[dull])
+        squares = np.maximum(np.abs(left) - TRACES, 0) ** 2 / self.variances[dull]
+        return len(squares) > 0 and float(squares.mean()) > _PATTERN
 
     def of(self, rows: slice) -> "Appearance":
         """That of some of the surfels."""

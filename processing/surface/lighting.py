@@ -4,6 +4,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+TRACES = 0.06  # of a logarithm, that light leaves where it is not quite what is fitted: no more is taken for paint
 _ROUNDS = 3
 _OUTLYING = 3.0  # deviations of a residual that counts a quarter when a lamp is fitted
 _HIGHLIGHT = 3.0  # deviations by which a highlight is brighter than the light about it

@@ -16,12 +16,11 @@ from orbitscan.processing.registration.correspondences import find_correspondenc
 from orbitscan.processing.registration.covisibility import Explanation
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.surface.appearance import CHANNELS, Appearance
-from orbitscan.processing.surface.lighting import remove_light
+from orbitscan.processing.surface.lighting import TRACES, remove_light
 from orbitscan.processing.surface.preparation import Surfels
 from orbitscan.recorder import poses
 
 _LEAST_SHARE, _FEWEST = 0.075, 60  # of the source's surfels that must meet for paint and lamps to be told apart
-_TRACES = 0.06  # of a logarithm, that light leaves where it is not quite what is fitted: no more is taken for paint
 _LEFT = 0.5  # share of the contrast that the right pose may leave unexplained
 _FAINT = 0.1  # contrast that is none, in what is usual at least
 _MUCH, _NOTHING = 0.5, 0.8  # contrast in variances that no lamp makes, and the share that a wrong pose leaves of it
@@ -59,6 +58,11 @@ class ColorPair:
     def refuted(self) -> float:
         """Standard deviations by which a pose explains the colours worse that is refuted."""
         return self.pair.settings.covisibility.worse
+
+    @property
+    def is_patterned(self) -> bool:
+        """Whether both views show paint: where one does not, colours choose no pose."""
+        return self.source.is_patterned and self.target.is_patterned
 
     def has_contrast(self, T: np.ndarray, misfit: float) -> bool:
         """Whether what meets under a pose shows any contrast, and so much that a misfit is little of it."""
@@ -130,7 +134,7 @@ class ColorPair:
         settings = self.pair.settings.covisibility
         if len(source) < self._fewest(coarse):
             return Explanation(np.empty(0), np.empty(0, np.int64), settings)
-        left = np.maximum(np.abs(remove_light(residuals, variances, light)[0]) - _TRACES, 0.0)
+        left = np.maximum(np.abs(remove_light(residuals, variances, light)[0]) - TRACES, 0.0)
         patches = self._patches_coarse if coarse else self.pair.source.patches[0]
         return Explanation((left**2 / variances).ravel(), np.repeat(patches[source], CHANNELS), settings)
 

@@ -30,7 +30,7 @@ def use_color(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
     """
     T = estimate.T_target_source
     colors = ColorPair.of(pair) if estimate.status == Status.AMBIGUOUS else None
-    if colors is None or T is None:
+    if colors is None or T is None or not colors.is_patterned:
         return estimate
     here = pair.explain(T)
     likely, hopeless = choose_likely(colors, look_everywhere(colors, estimate))

@@ -6,6 +6,7 @@ import pytest
 from orbitscan.processing.surface.appearance import measure_appearance
 from orbitscan.processing.surface.preparation import Scale, SurfaceSettings, prepare
 from orbitscan.recorder.session import View
+from orbitscan.recorder.simulation.camera import simulate
 
 W = 0.002
 SCALE = Scale(W, 0.004, 0.0001, 0.1)
@@ -57,3 +58,17 @@ def test_noise_is_measured():
     noisy = surface(lambda x, y: grey(128 + 25 * rng.normal(size=len(x))))
     variances = [np.median(measure_appearance(image, W).variances[:, 0]) for image in (noisy, quiet)]
     assert variances[0] > 2 * variances[1]
+
+
+def test_paint_is_told_from_one_colour_in_any_light():
+    """A small label is paint; light that falls off over a ball, noise and a highlight are not."""
+    rng = np.random.default_rng(4)
+
+    def small_label(x, y):
+        return grey(np.where(np.hypot(x, y) < 0.008, 40.0, 160.0))
+
+    assert measure_appearance(surface(small_label), W).is_patterned
+    assert not measure_appearance(surface(lambda x, y: grey(128 + 25 * rng.normal(size=len(x)))), W).is_patterned
+    assert not measure_appearance(surface(lambda x, y: grey(np.where(x > 0.04, 250.0, 120.0))), W).is_patterned
+    apple = simulate("apple", views=6, paint="plain", lamp="camera", gloss=0.5, color_noise=4).views().load(0)
+    assert not measure_appearance(prepare(apple, SCALE, (0.0, 0.0, 0.0), SurfaceSettings()), W).is_patterned
