@@ -11,7 +11,7 @@ import numpy as np
 
 from orbitscan.processing.registration.color.comparison import ColorPair
 from orbitscan.processing.registration.covariance import Rows
-from orbitscan.processing.registration.normal_equations import normal_equations
+from orbitscan.processing.registration.normal_equations import Problem, normal_equations
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.registration.surface_icp import Refined, middle_problem, solve_motion
 from orbitscan.processing.results.uncertainty import Uncertainty
@@ -24,28 +24,35 @@ _BESIDE = 0.16  # of the reach of 32 points, half the way to the next: a deviati
 _COARSE_STILL, _STILL = 2e-4, 2e-5  # shares of the diameter: a smaller step ends the iteration
 
 
-def align_by_color(colors: ColorPair, start: np.ndarray) -> Refined:
-    """Align a pair from a start T_target_source by distances and colours: the coarse surfels, then the judged ones."""
+def approach_by_color(colors: ColorPair, start: np.ndarray) -> np.ndarray:
+    """Align the coarse surfels of a pair by distances and colours from a start T_target_source (4, 4)."""
     pair = colors.pair
-    T, converged, A, center = start, False, None, None
-    coarse = pair.source.coarse_surfels
-    middle = middle_problem(coarse, pair.target.fine_target, pair.w, pair.settings.refinement)
-    for problem, is_coarse in ((middle, True), (pair.problem, False)):
-        points = problem.points.mean(axis=0)[None]
-        for _ in range(_ITERATIONS):
-            center = poses.transform(T, points)[0]
-            A, b = normal_equations(problem, T, center)
-            told = linearize(colors, T, center, is_coarse)
-            A, b = A + (told.rows * told.weights[:, None]).T @ told.rows, b + told.pull
-            step = solve_motion(A, b, center)
-            if step is None:
-                return Refined(T, False)
-            T = step @ T
-            moved = np.abs(step - np.eye(4))[:3, :3].max() * pair.diameter
-            moved += np.abs(poses.transform(step, center[None])[0] - center).max()
-            converged = bool(moved < (_COARSE_STILL if is_coarse else _STILL) * pair.diameter)
-            if converged:
-                break
+    middle = middle_problem(pair.source.coarse_surfels, pair.target.fine_target, pair.w, pair.settings.refinement)
+    return _iterate(colors, middle, start, coarse=True).T_target_source
+
+
+def align_by_color(colors: ColorPair, start: np.ndarray) -> Refined:
+    """Align the judged surfels of a pair by distances and colours from a start T_target_source, a near one."""
+    return _iterate(colors, colors.pair.problem, start, coarse=False)
+
+
+def _iterate(colors: ColorPair, problem: Problem, T: np.ndarray, coarse: bool) -> Refined:
+    diameter, points = colors.pair.diameter, problem.points.mean(axis=0)[None]
+    still, converged, A, center = (_COARSE_STILL if coarse else _STILL) * diameter, False, None, None
+    for _ in range(_ITERATIONS):
+        center = poses.transform(T, points)[0]
+        A, b = normal_equations(problem, T, center)
+        told = linearize(colors, T, center, coarse)
+        A, b = A + (told.rows * told.weights[:, None]).T @ told.rows, b + told.pull
+        step = solve_motion(A, b, center)
+        if step is None:
+            return Refined(T, False)
+        T = step @ T
+        moved = np.abs(step - np.eye(4))[:3, :3].max() * diameter
+        moved += np.abs(poses.transform(step, center[None])[0] - center).max()
+        converged = bool(moved < still)
+        if converged:
+            break
     return Refined(poses.make(poses.project_rotation(T[:3, :3]), T[:3, 3]), converged, A, center)
 
 

@@ -5,8 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from orbitscan.processing.registration.ambiguity.symmetry import expand
+from orbitscan.processing.registration.color.alignment import approach_by_color
 from orbitscan.processing.registration.color.comparison import ColorPair
 from orbitscan.processing.registration.color.proposals import propose_by_color
+from orbitscan.processing.registration.covisibility import Explanation
 from orbitscan.processing.results.estimates import Freedom, PairEstimate
 from orbitscan.recorder import poses
 
@@ -14,7 +16,10 @@ _MOST = 12  # poses, the best at a first look
 _FROM = 4  # poses from which free motions are looked along
 _STEP_DEG = 4.0  # of a free turn, of which every angle is looked at
 _STEP_SHARE, _FARTHEST = 0.02, 0.5  # of a free shift, and the farthest: shares of the diameter
+_SKIPPED, _ALIKE = 8, 1.0  # of these, one in so many tells whether they differ, by more standard deviations than that
 _HOPELESS = 3.0  # times what refutes a pose, at a first look: alignment will not mend it
+_SAME, _APPROACHED = 0.3, 2.0  # how near ends are that are one, where 1 is distinct; and what refutes one, once aligned
+_SEVERAL = 3
 
 
 def look_everywhere(colors: ColorPair, estimate: PairEstimate) -> list[np.ndarray]:
@@ -40,21 +45,55 @@ def choose_likely(colors: ColorPair, found: Sequence[np.ndarray]) -> tuple[list[
     return likely[:_MOST], [T for (T, _), by in zip(seen, worse, strict=True) if by > limit]
 
 
+def tell_along(colors: ColorPair, T: np.ndarray, freedom: Freedom) -> bool:
+    """Tell whether colours may hold a free motion: not where they are explained, and as well, all along it.
+
+    Bands around a mug, or a box of one colour on each side, say nothing of the motions that lead along them.
+    """
+    path = [T, *_path(colors, T, freedom)[::_SKIPPED]]
+    seen = [(pose, told) for pose in path if len((told := colors.explain(pose, coarse=True)).squares)]
+    if not seen:
+        return False
+    where, best = min(seen, key=lambda found: found[1].misfit(colors.least))
+    differ = any(told.worse_than(best) > _ALIKE for _, told in seen)
+    return differ or colors.is_unexplained(where, best.misfit(colors.least))
+
+
 def _look_along(colors: ColorPair, T: np.ndarray, freedom: Freedom) -> list[np.ndarray]:
     """Where, along a free motion from a pose, colours agree better than a little before and after."""
-    if freedom.kind == "turn":
-        angles = np.radians(np.arange(0, 360, _STEP_DEG))
-        path = [poses.turn_about(freedom.axis, freedom.point, angle) @ T for angle in angles]
-    else:
-        far = np.arange(-_FARTHEST, _FARTHEST, _STEP_SHARE) * colors.pair.diameter
-        path = [poses.make(np.eye(3), size * freedom.axis) @ T for size in far]
+    path = _path(colors, T, freedom)
     misfits = np.array([_misfit(colors, pose) for pose in path])
     better = (misfits <= np.roll(misfits, 1)) & (misfits < np.roll(misfits, -1))
     return [path[k] for k in np.flatnonzero(better)]
 
 
+def _path(colors: ColorPair, T: np.ndarray, freedom: Freedom) -> list[np.ndarray]:
+    """The poses along a free motion from one."""
+    if freedom.kind == "turn":
+        angles = np.radians(np.arange(0, 360, _STEP_DEG))
+        return [poses.turn_about(freedom.axis, freedom.point, angle) @ T for angle in angles]
+    far = np.arange(-_FARTHEST, _FARTHEST, _STEP_SHARE) * colors.pair.diameter
+    return [poses.make(np.eye(3), size * freedom.axis) @ T for size in far]
+
+
 def _misfit(colors: ColorPair, T: np.ndarray) -> float:
-    return colors.explain(T, coarse=True).misfit(colors.pair.settings.covisibility.least)
+    return colors.explain(T, coarse=True).misfit(colors.least)
+
+
+def approach(colors: ColorPair, likely: Sequence[np.ndarray], free: bool) -> list[np.ndarray]:
+    """Align the likely poses by the coarse surfels: the distinct ends, best first, that colours do not refute there.
+
+    None where motions are free and several ends are alike: colours do not hold what shapes leave free.
+    """
+    ends: list[tuple[np.ndarray, Explanation]] = []
+    for T in (approach_by_color(colors, start) for start in likely):
+        told = colors.explain(T, coarse=True)
+        if len(told.squares) and all(colors.pair.distance(T, other) > _SAME for other, _ in ends):
+            ends.append((T, told))
+        ends.sort(key=lambda end: end[1].misfit(colors.least))
+        if free and len(ends) >= _SEVERAL and ends[_SEVERAL - 1][1].worse_than(ends[0][1]) <= _ALIKE:
+            return []
+    return [T for T, told in ends if told.worse_than(ends[0][1]) <= _APPROACHED * colors.refuted]
 
 
 def _sort(colors: ColorPair, found: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -64,10 +64,19 @@ class ColorPair:
         """Whether both views show paint: where one does not, colours choose no pose."""
         return self.source.is_patterned and self.target.is_patterned
 
+    @property
+    def least(self) -> float:
+        """Variances that are usual at least."""
+        return self.pair.settings.covisibility.least
+
     def has_contrast(self, T: np.ndarray, misfit: float) -> bool:
         """Whether what meets under a pose shows any contrast, and so much that a misfit is little of it."""
-        contrast = self.explain_by_nothing(T).misfit(self.pair.settings.covisibility.least)
+        contrast = self.explain_by_nothing(T).misfit(self.least)
         return contrast > _FAINT and misfit <= _LEFT * contrast
+
+    def is_unexplained(self, T: np.ndarray, misfit: float) -> bool:
+        """Whether what meets under a pose shows contrast, of which a misfit is much."""
+        return _FAINT < self.explain_by_nothing(T).misfit(self.least) < misfit / _LEFT
 
     def accounts_for_most(self, T: np.ndarray, told: Explanation) -> bool:
         """Whether an explanation accounts for most of the contrast in what meets under a pose, be it noise."""

@@ -8,7 +8,7 @@ import numpy as np
 from orbitscan.processing.kernels.blas import SingleThreaded
 from orbitscan.processing.registration import verification
 from orbitscan.processing.registration.color.alignment import align_by_color, measure_uncertainty
-from orbitscan.processing.registration.color.candidates import choose_likely, look_everywhere
+from orbitscan.processing.registration.color.candidates import approach, choose_likely, look_everywhere, tell_along
 from orbitscan.processing.registration.color.comparison import ColorPair
 from orbitscan.processing.registration.covisibility import Explanation
 from orbitscan.processing.registration.pair import PairRegistration
@@ -32,9 +32,11 @@ def use_color(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
     colors = ColorPair.of(pair) if estimate.status == Status.AMBIGUOUS else None
     if colors is None or T is None or not colors.is_patterned:
         return estimate
+    if not all(tell_along(colors, T, freedom) for freedom in estimate.freedoms):
+        return estimate
     here = pair.explain(T)
     likely, hopeless = choose_likely(colors, look_everywhere(colors, estimate))
-    aligned = [align_by_color(colors, start) for start in likely]
+    aligned = [align_by_color(colors, start) for start in approach(colors, likely, free=bool(estimate.freedoms))]
     told = [(end, colors.explain(end.T_target_source)) for end in aligned]
     standing = [
         (end, explained)
@@ -44,7 +46,7 @@ def use_color(pair: PairRegistration, estimate: PairEstimate) -> PairEstimate:
     ]
     if not standing:
         return estimate
-    best, explained = min(standing, key=lambda found: found[1].misfit(pair.settings.covisibility.least))
+    best, explained = min(standing, key=lambda found: found[1].misfit(colors.least))
     if _may_be_lamp(colors, best.T_target_source, explained):
         return estimate
     rivals = [
