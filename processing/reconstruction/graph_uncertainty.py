@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, eye
 from scipy.sparse.linalg import splu
 
+from orbitscan.processing.reconstruction.pose_graph import Edge, measure_residual
 from orbitscan.processing.registration.color.decision import COLOR
 from orbitscan.processing.results.estimates import PairEstimate
 from orbitscan.processing.results.uncertainty import Uncertainty
@@ -18,7 +19,8 @@ def measure_graph(
     """Measure the covariance of every pose T_0_i about a centre (3,) in frame {0}.
 
     All pairs have a covariance, and connect all views to the origin. What a pair is off comes from the noise of both of
-    its views, half from each; that of one view is alike in all its pairs, as far as these overlap with it.
+    its views, half from each; that of one view is alike in all its pairs, as far as these overlap with it. Where pairs
+    contradict each other by more than they say they may be off, all are taken to be off by as much more.
     """
     number = {view: k for k, view in enumerate(view for view in T_0 if view != origin)}
     size = 6 * len(number)
@@ -41,6 +43,7 @@ def measure_graph(
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
     H = coo_matrix(entries, shape=(size, size)).tocsc()
     factor = splu(H + 1e-12 * H.diagonal().max() * eye(size, format="csc"))
+    excess = _measure_excess(pairs, T_0, 6 * (len(pairs) - len(number)))
     found = {}
     for view, k in number.items():
         unit = np.zeros((size, 6))
@@ -53,7 +56,7 @@ def measure_graph(
                 if end is not None:
                     effect += sign * Z[end].T @ pull
             effects.append(effect)
-        covariance = _sum(pairs, effects)
+        covariance = excess * _sum(pairs, effects)
         found[view] = Uncertainty(covariance, np.zeros(3)).about(center)
     return found
 
@@ -70,6 +73,20 @@ def _linearize(pair: PairEstimate, T_0_target: np.ndarray) -> tuple[np.ndarray, 
     R = np.kron(np.eye(2), T_0_target[:3, :3])
     spread, axes = np.linalg.eigh(R @ pair.covariance @ R.T)
     return J, R @ pair.information @ R.T, axes * np.sqrt(np.maximum(spread, 0.0)) @ axes.T
+
+
+def _measure_excess(pairs: Sequence[PairEstimate], T_0: Mapping[int, np.ndarray], redundant: int) -> float:
+    """By how many variances the poses depart from the pairs on average, at least one: the variance of unit weight.
+
+    `redundant` is by how much there are more residuals than unknowns; without any nothing contradicts.
+    """
+    if redundant <= 0:
+        return 1.0
+    total = 0.0
+    for pair in pairs:
+        r = measure_residual(Edge.of(pair), T_0)
+        total += float(r @ np.linalg.pinv(np.asarray(pair.covariance), hermitian=True) @ r)
+    return max(1.0, total / redundant)
 
 
 def _sum(pairs: Sequence[PairEstimate], effects: Sequence[np.ndarray]) -> np.ndarray:

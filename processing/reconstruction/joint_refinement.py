@@ -115,6 +115,8 @@ class _Graph:
         """
         placed = [view for view in candidates if view in self.solution.rigid]
         lost = [view for view in candidates if view not in self.solution.rigid]
+        kept = [edge for edge, keep in zip(self.edges, self.solution.kept, strict=True) if keep]
+        held = {frozenset((edge.source, edge.target)) for edge in kept if edge.status == Status.OK}
         tried: set[tuple[int, int]] = set()
         open_: dict[int, int] = {}  # how many pairs of a view leave something open
         progress = True
@@ -122,6 +124,11 @@ class _Graph:
             progress = False
             for view in list(lost):
                 likely = sorted(placed, key=lambda other: (abs(other - view), other))[: self.settings.tries]
+                if any(frozenset((view, other)) in held for other in placed):  # to one that was attached just now
+                    placed.append(view)
+                    lost.remove(view)
+                    progress = True
+                    continue
                 for other in likely:
                     if (view, other) in tried or open_.get(view, 0) >= self.settings.open_tries:
                         continue

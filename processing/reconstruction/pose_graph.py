@@ -193,7 +193,7 @@ def _relax(T_0: dict[int, np.ndarray], edges: Sequence[Edge], origin: int, setti
     number = {view: k for k, view in enumerate(view for view in T_0 if view != origin)}
     weights = np.ones(len(edges))
     for _ in range(settings.iterations if number else 0):
-        residuals = [_residual(edge, T_0) for edge in edges]
+        residuals = [measure_residual(edge, T_0) for edge in edges]
         disagreement = np.array([r @ A @ r for r, A in zip(residuals, informations, strict=True)])
         told = disagreement[disagreement > _NOTHING * disagreement.max(initial=0.0)]  # not those the first poses follow
         usual = max(float(np.median(told)) if len(told) else 0.0, 1e-12)
@@ -214,7 +214,7 @@ def _information(edge: Edge) -> np.ndarray:
     return A
 
 
-def _residual(edge: Edge, T_0: Mapping[int, np.ndarray]) -> np.ndarray:
+def measure_residual(edge: Edge, T_0: Mapping[int, np.ndarray]) -> np.ndarray:
     """How the poses depart from an edge (6,), in the target's frame: a turn, and the shift of the edge's centre."""
     D = poses.invert(T_0[edge.target]) @ T_0[edge.source] @ poses.invert(edge.T_target_source)
     shift = poses.transform(D, edge.center[None])[0] - edge.center
@@ -223,7 +223,7 @@ def _residual(edge: Edge, T_0: Mapping[int, np.ndarray]) -> np.ndarray:
 
 def _differs(edge: Edge, T_0: Mapping[int, np.ndarray], diameter: float, settings: GraphSettings) -> bool:
     """Whether the poses depart from an edge by more than edges of real scans do from each other."""
-    residual = _residual(edge, T_0)
+    residual = measure_residual(edge, T_0)
     turned, shifted = np.degrees(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     return bool(turned > settings.contradiction_deg or shifted > settings.contradiction_shift * diameter)
 

@@ -19,15 +19,15 @@ RIGHT = np.diag([1 / TURN**2] * 3 + [1 / SHIFT**2] * 3) / 2
 ALONE = Evidence(misfit=0.8, overlap=0.0)  # no noise is shared
 
 
-def sessions(n, which, count, rng):
-    """Solutions of a ring's pairs, each with other errors; what is stated of them; the truth."""
+def sessions(n, which, count, rng, worse=1.0):
+    """Solutions of a ring's pairs, each with other errors, so many times as large as stated of them; the truth."""
     T_0 = ring(np.random.default_rng(1), n)
     found = []
     for _ in range(count):
         pairs = []
         for source, target in which:
-            R = Rotation.from_rotvec(rng.normal(scale=np.sqrt(2) * TURN, size=3)).as_matrix()
-            noise = poses.make(R, CENTER - R @ CENTER + rng.normal(scale=np.sqrt(2) * SHIFT, size=3))
+            R = Rotation.from_rotvec(rng.normal(scale=worse * np.sqrt(2) * TURN, size=3)).as_matrix()
+            noise = poses.make(R, CENTER - R @ CENTER + rng.normal(scale=worse * np.sqrt(2) * SHIFT, size=3))
             T = noise @ poses.invert(T_0[target]) @ T_0[source]
             given = {"information": RIGHT, "covariance": np.linalg.inv(RIGHT)}
             pairs.append(replace(edge(source, target, T, CENTER, **given), evidence=ALONE))
@@ -39,6 +39,18 @@ def sessions(n, which, count, rng):
 def test_a_chain_and_a_ring_are_known_as_well_as_they_scatter(extra):
     which = [(1, 0), (2, 1), (3, 2), (4, 3), *extra]
     T_0, found = sessions(5, which, 60, np.random.default_rng(0))
+    within = []
+    for solution, pairs in found:
+        stated = measure_graph(pairs, solution.T_0, CENTER, 0)
+        for view in range(1, 5):
+            D = solution.T_0[view] @ poses.invert(T_0[view])
+            within.append(np.degrees(poses.rotation_angle(D[:3, :3])) <= stated[view].rotation_bound_deg)
+    assert 0.88 <= np.mean(within) <= 0.995
+
+
+def test_pairs_that_contradict_each_other_are_known_worse_than_they_say():
+    which = [(1, 0), (2, 1), (3, 2), (4, 3), (0, 4), (2, 0), (3, 1), (4, 2), (0, 3), (1, 4)]
+    T_0, found = sessions(5, which, 60, np.random.default_rng(0), worse=4.0)
     within = []
     for solution, pairs in found:
         stated = measure_graph(pairs, solution.T_0, CENTER, 0)

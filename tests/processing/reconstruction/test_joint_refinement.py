@@ -173,6 +173,20 @@ def test_only_views_that_nothing_connects_are_registered_anew(ready):
     assert statuses(found) == ["ok"] * 4
 
 
+def test_a_pair_that_holds_a_view_to_one_just_attached_is_not_registered_again(ready):
+    asked = []
+
+    def register(source, target, hints):
+        asked.append((source.view, target.view))
+        return ready.register(source, target)
+
+    found = jointly(ready, [exact(ready, 1, 0), exact(ready, 3, 2)], register)
+    assert statuses(found) == ["ok"] * 4
+    assert (2, 1) in asked
+    assert (3, 2) not in asked
+    assert len({frozenset((p.source, p.target)) for p in found.pairs}) == len(found.pairs)
+
+
 def test_a_pair_that_is_not_believed_is_no_edge(ready):
     wrong = random_pose(np.random.default_rng(0))
     refuted = replace(exact(ready, 2, 1), T_target_source=wrong, status=Status.DIVERGED)
