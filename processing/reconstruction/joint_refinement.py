@@ -123,12 +123,12 @@ class _Graph:
         while lost and progress:
             progress = False
             for view in list(lost):
-                likely = sorted(placed, key=lambda other: (abs(other - view), other))[: self.settings.tries]
                 if any(frozenset((view, other)) in held for other in placed):  # to one that was attached just now
                     placed.append(view)
                     lost.remove(view)
                     progress = True
                     continue
+                likely = sorted(placed, key=lambda other: (abs(other - view), other))[: self.settings.tries]
                 for other in likely:
                     if (view, other) in tried or open_.get(view, 0) >= self.settings.open_tries:
                         continue

@@ -18,7 +18,7 @@ _DARK = 10.0  # of 255, added before the logarithm: what is darker is a sensor's
 _NEAREST = 16  # points that tell a surfel's colour
 _LEAST_DEVIATION = 0.015  # of a logarithm: two images of one spot differ by as much, whatever a sensor's noise
 _OFF = 1.0  # multiples of w by which colours may lie beside the depths that they belong to
-_PATTERN = 0.5  # mean square in variances, beyond traces of light, of a view with paint; a plain one's is half as much
+_PATTERN = 0.5  # mean square in variances, beyond traces of light, of a view with paint; plain ones have less
 _MIXED = np.array([[1 / 3, 1 / 3, 1 / 3], [1, -1, 0], [0.5, 0.5, -1]])  # brightness and chromas, from red, green, blue
 _RIDGE = 1e-3  # of the trace: points in one line tell no gradient across it
 

@@ -148,9 +148,8 @@ class ColorPair:
         return Explanation((left**2 / variances).ravel(), np.repeat(patches[source], CHANNELS), settings)
 
     def _fewest(self, coarse: bool) -> float:
-        return max(
-            _FEWEST if coarse else 2 * _FEWEST, _LEAST_SHARE * len((self._coarse if coarse else self._judged)[0])
-        )
+        surfels, _ = self._coarse if coarse else self._judged
+        return max(_FEWEST if coarse else 2 * _FEWEST, _LEAST_SHARE * len(surfels))
 
     @cached_property
     def _by_normal(self) -> cKDTree:
