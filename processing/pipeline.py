@@ -9,8 +9,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitscan.processing.reconstruction.coverage import measure_coverage
-from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
-from orbitscan.processing.reconstruction.model import build_model
 from orbitscan.processing.reconstruction.session_evidence import reconsider
 from orbitscan.processing.reconstruction.trajectory import Hints, begin_trajectories
 from orbitscan.processing.reconstruction.turntable import fit_turntable
@@ -19,7 +17,7 @@ from orbitscan.processing.registration.matching import Matched, choose_correspon
 from orbitscan.processing.registration.pair import PairRegistration
 from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.registration.ransac import Matches
-from orbitscan.processing.results.estimates import PairEstimate
+from orbitscan.processing.results.estimates import MethodResult, PairEstimate
 from orbitscan.processing.results.records import SessionResult, ViewRecord, ViewResult
 from orbitscan.processing.results.status import METHODS, Method, Status, best_method
 from orbitscan.processing.settings import Settings
@@ -86,19 +84,19 @@ def process(
         )
         records.append(ViewRecord.of(result))
         yield result
-    found = {method: trajectory.result(origin) for method, trajectory in trajectories.items()}
-    if known := found.get(Method.PAIRWISE):  # where `refined` begins
+    found: dict[Method, MethodResult] = {}
+    if Method.PAIRWISE in trajectories:
+        known = trajectories[Method.PAIRWISE].result()  # where `refined` begins
         if "refined" in methods:
             anew = partial(register, steps, "refined", None)
-            with watch.alone("refine", "refined"):
-                found[Method.REFINED] = refine_jointly(known, origin, cache, anew, settings.pair, settings.graph)
-        found[Method.PAIRWISE] = reconsider(known, found.get(Method.REFINED), origin, cache, settings.pair)
+            found[Method.REFINED] = steps.refine_jointly(known, cache, anew)
+        found[Method.PAIRWISE] = reconsider(known, found.get(Method.REFINED), cache, settings.pair)
     best = best_method(methods)
+    origin = found[best].origin if best in found else origin
+    found |= {method: trajectory.result(origin) for method, trajectory in trajectories.items() if method not in found}
     placed = found[best].placed if best else {}
-    with watch("outlier_removal", SESSION):
-        model = build_model(views, placed, best, scale, info.sensor_origin, settings.model)  # 4.4
+    model = steps.build_model(views, placed, best)  # 4.4
     turntable = fit_turntable(placed, settings.turntable)
-    laps = [*(record.seconds for record in records), watch.lap()]
     yield SessionResult.of(
         records,
         info=info,
@@ -106,9 +104,10 @@ def process(
         classification=classifier.fuse([r.classification for r in records if r.classification]) if classifier else None,
         reconstruction={method: found[method] for method in METHODS if method in methods},
         model=model,
+        model_apart=steps.build_model(views, found[best].components.get(1, {}), best) if best else None,
         turntable=turntable,
         coverage=measure_coverage(placed, info.sensor_origin, model, turntable, settings.coverage),
-        seconds=total(laps, methods, watch.elapsed),
+        seconds=total([*(record.seconds for record in records), watch.lap()], methods, watch.elapsed),
         settings=asdict(settings),
         seed=seed,
     )

@@ -1,23 +1,28 @@
 """The steps of the page on one session: each with its settings, in metres, and timed under its name."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from orbitscan.processing.features.keypoints import detect_keypoints
 from orbitscan.processing.features.shot import describe
+from orbitscan.processing.reconstruction.joint_refinement import Register, refine_jointly
+from orbitscan.processing.reconstruction.model import build_model
 from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.registration import competition, icp
 from orbitscan.processing.registration.ambiguity.self_turns import find_self_turns
 from orbitscan.processing.registration.matching import match
 from orbitscan.processing.registration.pair import PairRegistration
-from orbitscan.processing.registration.prepared_view import PreparedView
+from orbitscan.processing.registration.prepared_view import PreparedView, ViewCache
 from orbitscan.processing.registration.ransac import Consensus, Matches, estimate_pose
-from orbitscan.processing.results.estimates import PairEstimate
+from orbitscan.processing.results.estimates import MethodResult, PairEstimate
+from orbitscan.processing.results.records import Model
+from orbitscan.processing.results.status import Method
 from orbitscan.processing.settings import Settings
 from orbitscan.processing.surface.preparation import UNKNOWN_SCALE, Scale, prepare
-from orbitscan.processing.timing import Stopwatch
-from orbitscan.recorder.session import SessionInfo, View
+from orbitscan.processing.timing import SESSION, Stopwatch
+from orbitscan.recorder.session import SessionInfo, View, Views
 
 _RANSAC = 4  # the thesis's number of the step that draws at random, part of its generator's seed
 
@@ -79,3 +84,13 @@ class Steps:
         """Ours, in the place of step 5: many starts compete, likely ones among them."""
         with self.watch.shared("refine"):
             return competition.register_competing(pair, matches, hints.starts, hints.only_ok)
+
+    def refine_jointly(self, pairwise: MethodResult, cache: ViewCache, register: Register) -> MethodResult:
+        """Ours: all views of a session refined together, more pairs of them registered."""
+        with self.watch.alone("refine", "refined"):
+            return refine_jointly(pairwise, cache, register, self.settings.pair, self.settings.graph)
+
+    def build_model(self, views: Views, T: Mapping[int, np.ndarray], method: Method | None) -> Model | None:
+        """The model of views that a method placed, T by view."""
+        with self.watch("outlier_removal", SESSION):
+            return build_model(views, T, method, self.scale, self.info.sensor_origin, self.settings.model)

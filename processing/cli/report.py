@@ -11,7 +11,14 @@ from orbitscan.processing.results.batch_table import Row, read_row, worst_first,
 from orbitscan.processing.results.confusion import count_confusion, write_csv
 from orbitscan.processing.results.confusion import tabulate as tabulate_confusion
 from orbitscan.processing.results.estimates import MethodResult
-from orbitscan.processing.review.ambiguity import find_freedoms, find_symmetries, is_open, list_ambiguous, list_settled
+from orbitscan.processing.review.ambiguity import (
+    find_freedoms,
+    find_symmetries,
+    is_open,
+    list_ambiguous,
+    list_settled,
+    tell_apart,
+)
 from orbitscan.processing.review.markdown import (
     UNCHALLENGED,
     UNCHALLENGED_WORDS,
@@ -112,6 +119,7 @@ def _tell_what_is_open(found: MethodResult) -> Iterator[str]:
         yield describe_symmetry(symmetry)
     if more := len(symmetries[SHOWN_MOTIONS:]):
         yield f"and {more} more such symmetries"
+    yield from tell_apart(found)
     for words, settled in list_settled(found).items():
         yield f"{plural(len(settled), 'view')} {enumerate_views(settled)} by {words}"
 

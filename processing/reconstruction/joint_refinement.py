@@ -6,13 +6,9 @@ from itertools import pairwise as successive
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.pose_graph import (
-    GraphSettings,
-    Solution,
-    choose_edges,
-    solve,
-    viewing_direction,
-)
+from orbitscan.processing.reconstruction.components import label_groups, place_views
+from orbitscan.processing.reconstruction.partners import Partners, choose_edges, viewing_direction
+from orbitscan.processing.reconstruction.pose_graph import GraphSettings, Solution, solve
 from orbitscan.processing.reconstruction.self_registration import find_self_symmetries, tell_by_color
 from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.reconstruction.view_judgement import bound_centers, judge_views
@@ -39,29 +35,23 @@ Register = Callable[[PreparedView, PreparedView, Hints], PairEstimate]  # source
 
 
 def refine_jointly(
-    pairwise: MethodResult,
-    origin: int | None,
-    cache: ViewCache,
-    register: Register,
-    pair_settings: PairSettings,
-    settings: GraphSettings,
+    pairwise: MethodResult, cache: ViewCache, register: Register, pair_settings: PairSettings, settings: GraphSettings
 ) -> MethodResult:
-    """Refine all views of a session together, starting from the pairs of successive views; T_0_origin = I.
+    """Refine all views of a session together, starting from the pairs of successive views.
 
-    A view that its own pair does not connect is registered to others; then every view to those it should overlap; then
-    the graph is solved. What all views together tell of the object's symmetries is looked for in every edge. A view is
-    `ok` where edges that leave nothing open lead from it to the origin, `ambiguous` where others do, `not_connected`
-    where none do.
+    What these do not hold to the most views is registered to some of them; then every view to those it should overlap;
+    then the graph is solved. What all views together tell of the object's symmetries is looked for in every edge. {0}
+    is the first of the most views that edges hold together which leave nothing open: these are `ok`, `ambiguous` those
+    that others lead to, `not_connected` the rest.
     """
-    if origin is None:
-        return MethodResult.of(pairwise.views, (), origin)
-    graph = _Graph(origin, cache, register, pair_settings, settings, cache.get_surface(origin).scale.diameter)
+    views = [v.view for v in pairwise.views if v.status not in (Status.UNREADABLE, Status.TOO_FEW_POINTS)]
+    if not views:
+        return MethodResult.of(pairwise.views, (), None)
+    graph = _Graph(views, cache, register, pair_settings, settings, cache.get_surface(views[0]).scale.diameter)
     graph.refuted_step = is_refuted(pairwise.pairs)
     graph.edges = [pair for pair in map(graph.judge, pairwise.pairs) if _is_edge(pair)]
     graph.solve()
-    candidates = [v.view for v in pairwise.views if v.status not in (Status.UNREADABLE, Status.TOO_FEW_POINTS)]
-    graph.attach(candidates)
-    graph.solve()
+    graph.attach()
     graph.close()
     graph.solve()
     graph.register_with_itself()
@@ -69,15 +59,15 @@ def refine_jointly(
     kept = [edge for edge, keep in zip(edges, solution.kept, strict=True) if keep]
     left_out = [edge for edge, keep in zip(edges, solution.kept, strict=True) if not keep]
     contradicting = [edge for edge in (*left_out, *graph.refuted) if edge.status == Status.OK]
-    placed = [_estimate(view, solution, origin) for view in pairwise.views]
-    views = judge_views(placed, kept, origin, graph.diameter, contradicting)
+    placed = _place(pairwise.views, solution)
+    judged = judge_views(placed, kept, solution.origin, graph.diameter, contradicting)
     shown = [_mark(edge, keep) for edge, keep in zip(edges, solution.kept, strict=True)]
     shown += [_mark(edge, keep=False) for edge in graph.refuted]
     freedoms = _find_freedoms(solution, edges, graph.diameter, settings)
     return MethodResult.of(
-        views,
-        bound_centers(shown, views),
-        origin,
+        judged,
+        bound_centers(shown, judged),
+        solution.origin,
         loop_closed=_goes_round(solution, edges, [v.view for v in pairwise.views]),
         freedoms=freedoms,
         symmetries=tuple(s for s in graph.symmetries if not is_turn(freedoms, s, graph.diameter)),
@@ -88,7 +78,7 @@ def refine_jointly(
 class _Graph:
     """The edges found so far, what they tell together, and what more of them are found with."""
 
-    origin: int
+    views: Sequence[int]  # that can be registered, in the order of use
     cache: ViewCache
     register: Register
     pair_settings: PairSettings
@@ -98,7 +88,7 @@ class _Graph:
     symmetries: list[Symmetry] = field(default_factory=list)  # of the object, in frame {0}
     refuted: list[PairEstimate] = field(default_factory=list)  # that seem right, but for what the others say
     refuted_step: bool = False  # whether the pairs decide against the user's step
-    solution: Solution = field(default_factory=lambda: Solution({}, frozenset(), ()))
+    solution: Solution = field(default_factory=lambda: Solution((), ()))
 
     def judge(self, pair: PairEstimate) -> PairEstimate:
         """A pair, after what the others say of the user's step."""
@@ -106,52 +96,48 @@ class _Graph:
 
     def solve(self) -> None:
         """Solve the graph of the edges found so far."""
-        self.solution = solve(self.edges, self.origin, self.diameter, self.settings)
+        self.solution = solve(self.edges, self.views, self.diameter, self.settings)
 
-    def attach(self, candidates: Sequence[int]) -> None:
-        """Find edges that connect the views which none connects yet, each to a placed one, until no more can be.
+    def attach(self) -> None:
+        """Find edges that hold what is apart to the most views that hold together, until no more can be.
 
         Where the views nearly slide, as mugs with hidden handles do, only a neighbour in time vouches for such an edge.
         """
-        placed = [view for view in candidates if view in self.solution.rigid]
-        lost = [view for view in candidates if view not in self.solution.rigid]
+        partners = Partners(self.views, self.cache, self.pair_settings, self.settings)
+        while (edge := self._find_edge(partners)) is not None:
+            self.edges.append(edge)
+            self.solve()
+
+    def _find_edge(self, partners: Partners) -> PairEstimate | None:
+        """Find one edge that holds views which are apart to those that hold together."""
+        core = self.solution.rigid
+        apart = [group for group in self._list_groups() if core.isdisjoint(group)]
+        for source, target in partners.propose(apart, [view for view in self.views if view in core]):
+            edge = self._register(source, target, {})
+            partners.learn(edge)
+            near = abs(source - target) <= self.settings.vouching
+            if edge.status == Status.OK and (near or self._holds(edge)):
+                return edge
+        return None
+
+    def _list_groups(self) -> list[list[int]]:
+        """List the views that edges hold together which leave nothing open, each group in the order of use."""
         kept = [edge for edge, keep in zip(self.edges, self.solution.kept, strict=True) if keep]
-        held = {frozenset((edge.source, edge.target)) for edge in kept if edge.status == Status.OK}
-        tried: set[tuple[int, int]] = set()
-        open_: dict[int, int] = {}  # how many pairs of a view leave something open
-        progress = True
-        while lost and progress:
-            progress = False
-            for view in list(lost):
-                if any(frozenset((view, other)) in held for other in placed):  # to one that was attached just now
-                    placed.append(view)
-                    lost.remove(view)
-                    progress = True
-                    continue
-                likely = sorted(placed, key=lambda other: (abs(other - view), other))[: self.settings.tries]
-                for other in likely:
-                    if (view, other) in tried or open_.get(view, 0) >= self.settings.open_tries:
-                        continue
-                    tried.add((view, other))
-                    edge = self._register(view, other, {})
-                    open_[view] = open_.get(view, 0) + (edge.status == Status.AMBIGUOUS)
-                    near = abs(other - view) <= self.settings.vouching
-                    if edge.status == Status.OK and (near or self._holds(edge)):
-                        self.edges.append(edge)
-                        placed.append(view)
-                        lost.remove(view)
-                        progress = True
-                        break
+        ends = [(edge.source, edge.target) for edge in kept if edge.status == Status.OK]
+        groups: dict[int, list[int]] = {}
+        for view, label in zip(self.views, label_groups(self.views, ends).tolist(), strict=True):
+            groups.setdefault(label, []).append(view)
+        return list(groups.values())
 
     def close(self) -> None:
         """Find edges between views that should overlap by their poses; other starts compete with these."""
         solution, directions = self.solution, {}
-        for view in sorted(solution.rigid):
+        for view in (view for view in solution.T_0 if view in solution.rigid):
             T_0_i = solution.T_0[view]
             surface = self.cache.get_surface(view).surface
             directions[view] = viewing_direction(T_0_i, surface.surfels.points.mean(axis=0), surface.sensor_origin)
         known = [(edge.source, edge.target) for edge in self.edges]
-        for source, target in choose_edges(directions, known, self.settings):
+        for source, target in choose_edges(directions, known, self.settings.bands_deg):
             start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
             edge = self._register(source, target, {"graph": start})
             if edge.status != Status.OK or edge.T_target_source is None:
@@ -181,6 +167,8 @@ class _Graph:
         if self.symmetries:
             self.edges = [self.judge(self._challenge(edge)) for edge in self.edges]
             self.solve()
+            back = poses.invert(T_0[self.solution.origin])  # another view is the first that nothing is open of
+            self.symmetries = [symmetry.moved(back) for symmetry in self.symmetries]
 
     def _register(self, source: int, target: int, starts: Mapping[str, np.ndarray]) -> PairEstimate:
         usual = UsualMisfit.of([edge for edge in self.edges if edge.status == Status.OK])
@@ -209,15 +197,19 @@ def _is_edge(pair: PairEstimate) -> bool:
     return pair.status.is_believed and pair.information is not None
 
 
-def _estimate(view: ViewEstimate, solution: Solution, origin: int) -> ViewEstimate:
-    """Return a view as the solution places it."""
-    T_0_i = solution.T_0.get(view.view)
-    if T_0_i is None:
-        refuted = view.status == Status.INCONSISTENT and view.note is not None
-        told = refuted or view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS)
-        lost = view.status if told else Status.NOT_CONNECTED
-        return ViewEstimate(view.view, lost, None, note=view.note)
-    return ViewEstimate(view.view, Status.OK if view.view in solution.rigid else Status.AMBIGUOUS, T_0_i)
+def _place(views: Sequence[ViewEstimate], solution: Solution) -> list[ViewEstimate]:
+    """Return views as the solution places them."""
+    before = {view.view: view for view in views}
+
+    def tell(view: int) -> Status:
+        if view in solution.T_0:
+            return Status.AMBIGUOUS
+        told = before[view].status
+        refuted = told == Status.INCONSISTENT and before[view].note is not None
+        return told if refuted or told in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
+
+    placed = place_views(views, solution.components, tell)
+    return [view if view.T_0_i is None else replace(view, note=None) for view in placed]
 
 
 def _mark(edge: PairEstimate, keep: bool) -> PairEstimate:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from orbitscan.processing.kernels.blas import SingleThreaded
-from orbitscan.processing.reconstruction.pose_graph import viewing_direction
+from orbitscan.processing.reconstruction.partners import viewing_direction
 from orbitscan.processing.registration.ambiguity.symmetry import join, name_turn
 from orbitscan.processing.registration.color.comparison import ColorPair
 from orbitscan.processing.registration.correspondences import make_target

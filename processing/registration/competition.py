@@ -63,6 +63,14 @@ def register_competing(
     return max(best, again, key=lambda estimate: (estimate.status.is_believed, estimate.confidence))
 
 
+def look(pair: PairRegistration) -> float:
+    """Tell how well the best of a pair's starts makes its views agree at a first look (see `Verification.score`)."""
+    settings, source, target = pair.settings, pair.source, pair.target
+    matches = match(source.descriptors, target.descriptors, settings.thorough_matching)
+    starts = {"identity": np.eye(4)} | _name(propose(source, target, matches, settings.proposals), "consensus")
+    return max(trial.found.score for trial in try_starts(pair, starts))
+
+
 def _compete(pair: PairRegistration, starts: Mapping[str, np.ndarray], matches: Matches) -> PairEstimate:
     return register_from(pair, starts, pair.feature_evidence(matches)) if starts else pair.give_up(matches)
 

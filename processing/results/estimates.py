@@ -199,16 +199,18 @@ ERROR_NAMES = tuple(f.name for f in fields(ViewErrors))
 
 @dataclass(frozen=True, eq=False)
 class ViewEstimate(_ErrorsInline):
-    """Where a method places a view, in the frame of the first used view with enough points."""
+    """Where a method places a view, in the frame {0} of the first view of the most that hold together."""
 
     view: int
     status: Status
-    T_0_i: Array | None  # (4, 4), metres
+    T_0_i: Array | None  # (4, 4), metres; None where nothing holds it to view {0}
     rotation_bound_deg: float | None = None  # within which it is right with 95 % probability; None: nobody can tell
     center_bound_m: float | None = None  # the same of the centre of the object
     note: str | None = None  # what else is to be said of its status
     errors: ViewErrors = field(default_factory=ViewErrors)
     pair: tuple[int, int] | None = None  # source and target of the pair that speaks for it; None where none does
+    component: int | None = None  # of views that hold together, the most first; None: it holds to no other
+    T_component_i: Array | None = None  # (4, 4), in the frame of its component's first view; None in component 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,9 +248,23 @@ class MethodResult:
         return sum(view.status != Status.OK for view in self.views)
 
     @property
+    def origin(self) -> int | None:
+        """The view whose frame the method would call {0}: the first of those between which nothing is left open."""
+        return next((view.view for view in self.views if view.status == Status.OK and view.T_0_i is not None), None)
+
+    @property
     def placed(self) -> dict[int, np.ndarray]:
         """View -> T_0_i (4, 4) of those that are ok, in the order of use."""
         return {v.view: v.T_0_i for v in self.views if v.status == Status.OK and v.T_0_i is not None}
+
+    @property
+    def components(self) -> dict[int, dict[int, np.ndarray]]:
+        """Those that hold together but not to view {0}: component, of most views first -> view -> T_component_i."""
+        found: dict[int, dict[int, np.ndarray]] = {}
+        for view in sorted(self.views, key=lambda view: view.component or 0):
+            if view.component and view.T_component_i is not None:
+                found.setdefault(view.component, {})[view.view] = view.T_component_i
+        return found
 
     @cached_property
     def speaking(self) -> dict[int, PairEstimate]:

@@ -80,6 +80,7 @@ class Results:
     turntable: Turntable | None
     coverage: Coverage | None
     model: ModelFacts | None
+    model_apart: ModelFacts | None = None  # of the next most views that hold together
 
     @classmethod
     def of(cls, result: SessionResult, key: Mapping[str, Any], input_name: str, damage: str | None) -> Self:
@@ -99,6 +100,7 @@ class Results:
             turntable=result.turntable,
             coverage=result.coverage,
             model=ModelFacts.of(model) if model else None,
+            model_apart=ModelFacts.of(result.model_apart) if result.model_apart else None,
         )
 
     @property
@@ -198,6 +200,8 @@ def write_results(folder: Path, result: SessionResult, results: Results, truth: 
         ply.write(folder / "model.ply", result.model.points, result.model.colors)
         if (mesh := result.model.mesh) is not None:
             ply.write(folder / "model_mesh.ply", mesh.vertices, mesh.colors, mesh.triangles)
+    if result.model_apart is not None:
+        ply.write(folder / "model_component_1.ply", result.model_apart.points, result.model_apart.colors)
 
 
 def to_json(results: Results) -> dict[str, Any]:

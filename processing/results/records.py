@@ -142,6 +142,7 @@ class SessionResult:
     centroids: Mapping[int, Centroid]  # of the used views that have points, each in its own view's frame
     unreadable: Mapping[int, str] = field(default_factory=dict)  # view -> damage
     classification: SessionClassification | None = None  # None without a model, or without points
+    model_apart: Model | None = None  # of the next most views that hold together, in the frame of their first
     coverage: Coverage | None = None  # of the views that the best method places; None where it cannot be told
 
     @classmethod

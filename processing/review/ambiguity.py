@@ -1,7 +1,10 @@
-"""What a method's views leave open: free motions, symmetries; and which poses colours or the user's step settled."""
+"""What a method leaves open: free motions, symmetries, views apart; and what colours or the user's step settled."""
+
+from collections.abc import Iterator
 
 from orbitscan.processing.results.estimates import Freedom, MethodResult, PairEstimate, Symmetry
 from orbitscan.processing.results.status import Status
+from orbitscan.processing.review.markdown import enumerate_views
 
 SETTLED_BY = {"color": "colours", "step": "the user's step"}  # the starts of pairs that shape left open
 
@@ -21,6 +24,13 @@ def find_symmetries(found: MethodResult) -> tuple[tuple[Symmetry, ...], bool]:
     if found.symmetries:
         return found.symmetries, True
     return next((pair.symmetries for pair in _ambiguous_pairs(found) if pair.symmetries), ()), False
+
+
+def tell_apart(found: MethodResult) -> Iterator[str]:
+    """Which views hold together though nothing holds them to view {0}: a clause for each such group."""
+    for component, views in found.components.items():
+        model = " (model_component_1.ply)" if component == 1 else ""
+        yield f"views {enumerate_views([*views])} hold together, but nothing holds them to the others{model}"
 
 
 def list_ambiguous(found: MethodResult) -> list[int]:

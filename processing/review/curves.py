@@ -19,16 +19,16 @@ Numbers = Sequence[float] | np.ndarray
 Style = tuple[entities.Color, str, float]  # colour, name, width
 
 
-def error_values(method: str, errors: ViewErrors) -> Iterator[Value]:
+def error_values(method: str, errors: ViewErrors, root: str = entities.ERRORS_ROOT) -> Iterator[Value]:
     """The errors of a view, in metres and millimetres, and their logarithms (Rerun's axes are linear)."""
     for quantity in entities.ERRORS:
-        yield f"/errors/{quantity}/{method}", getattr(errors, entities.error_field(quantity))
+        yield f"/{root}/{quantity}/{method}", getattr(errors, entities.error_field(quantity))
     for quantity, (_, error) in entities.MM_ERRORS.items():
         value = getattr(errors, entities.error_field(error))
-        yield f"/errors/{quantity}/{method}", None if value is None else 1e3 * value
+        yield f"/{root}/{quantity}/{method}", None if value is None else 1e3 * value
     for quantity, (_, error, factor) in entities.LOG_ERRORS.items():
-        yield f"/errors_log10/{quantity}/{method}", _log10(getattr(errors, entities.error_field(error)), factor)
-    yield f"/errors_log10/rotation_deg/{method}", _log10(errors.rotation_error_deg)  # drawn with its bound
+        yield f"/{root}_log10/{quantity}/{method}", _log10(getattr(errors, entities.error_field(error)), factor)
+    yield f"/{root}_log10/rotation_deg/{method}", _log10(errors.rotation_error_deg)  # drawn with its bound
 
 
 def bound_values(method: str, estimate: ViewEstimate) -> Iterator[Value]:

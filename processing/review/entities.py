@@ -45,6 +45,8 @@ CLASSES = {
     "fused": "Probability, fused over the views so far [0 to 1]",
     "entropy": "Entropy of the fused probabilities [nats]: 0 is certain",
 }
+ERRORS_ROOT = "errors"
+ERRORS_AGAIN = "errors_again"  # where frame {0} turned out to be that of another view than the first
 ERRORS = {
     "translation_m": "Translation error [m]",
     "rotation_chordal": "Rotation error, chordal [0 to 2.83]",

@@ -25,6 +25,7 @@ def lay_out(
     is_colored: bool = False,
     view_colors: Mapping[int, entities.Color] | None = None,
     shading: Shading | None = None,
+    errors: str = entities.ERRORS_ROOT,
     has_bounds: bool = False,
     has_turntable: bool = False,
     has_mesh: bool = False,
@@ -32,7 +33,8 @@ def lay_out(
 ) -> rrb.Blueprint:
     """The blueprint; `methods` from worst to best. Without ground truth the evidence takes the place of the errors.
 
-    `view_colors` are those of the best method's views in the tab that shows them by view.
+    `view_colors` are those of the best method's views in the tab that shows them by view; `errors` is where the curves
+    of errors are.
     """
     *lesser, best = methods
     eye = scene.eye() if scene else None
@@ -52,8 +54,8 @@ def lay_out(
         graph.append(_view_3d("Graph", scene.eye_on_all() if scene else None, contents))
     matched = set(methods) != {"icp"}
     curves = [
-        *([_errors()] if has_truth else []),
-        *([_bounds(methods)] if has_bounds else []),
+        *([_errors(errors)] if has_truth else []),
+        *([_bounds(methods, errors)] if has_bounds else []),
         _evidence("Evidence", ("overlap", "rmse_m", "violations", "unseen", "misfit", "confidence")),
         _evidence("Funnel", FUNNEL if matched else ("points", "overlap")),
         _evidence("Support", _support(methods)),
@@ -117,25 +119,25 @@ def _curves(
     return view_curves(origin, title, legend, contents=contents, axis_x=linked, axis_y=axis_y)
 
 
-def _errors() -> rrb.Grid:
+def _errors(root: str) -> rrb.Grid:
     """Each error beside its logarithm: Rerun's axes are linear, and the methods differ by orders of magnitude."""
     plots: list[Any] = []
     for quantity, (title, error, _) in entities.LOG_ERRORS.items():
         legend = HIDDEN if plots else rrb.Corner2D.LeftTop
         shown = quantity if quantity in entities.MM_ERRORS else error
         heading = entities.MM_ERRORS[quantity][0] if quantity in entities.MM_ERRORS else entities.ERRORS[error]
-        plots.append(_curves(f"/errors/{shown}", heading, legend))
-        plots.append(_curves(f"/errors_log10/{quantity}", title))
+        plots.append(_curves(f"/{root}/{shown}", heading, legend))
+        plots.append(_curves(f"/{root}_log10/{quantity}", title))
     return rrb.Grid(*plots, grid_columns=2, name="Errors")
 
 
-def _bounds(methods: Sequence[Method]) -> rrb.Grid:
+def _bounds(methods: Sequence[Method], errors: str) -> rrb.Grid:
     """Errors, where they are known, and within what they should be: of the methods that tell."""
     shown = [method for method in methods if method in (Method.PAIRWISE, Method.REFINED)]
     plots: list[Any] = []
     for quantity, (title, logarithm, *_) in entities.BOUNDS.items():
         for kind, heading in (("", title), ("_log10", logarithm)):
-            contents = [f"/{name}{kind}/{quantity}/{method}" for name in ("errors", "bounds") for method in shown]
+            contents = [f"/{name}{kind}/{quantity}/{method}" for name in (errors, "bounds") for method in shown]
             plots.append(_curves("/", heading, HIDDEN if plots else rrb.Corner2D.LeftTop, contents))
     return rrb.Grid(*plots, grid_columns=2, name="Bounds")
 

@@ -67,6 +67,8 @@ class SessionReview:
         self._truth = dict(truth or {})
         self._T_0_object: np.ndarray | None = None  # of the truth
         self._scene: Scene | None = None
+        self._origin: int | None = None  # the view whose frame is {0}
+        self._errors = entities.ERRORS_ROOT  # where their curves are
         self._categories: tuple[str, ...] = ()  # of what classifies the views
         self._is_colored = False
         self._seen: dict[int, Seen] = {}
@@ -102,9 +104,9 @@ class SessionReview:
         if result.classification is not None:
             self._log_classes(result.classification)
         if result.origin == result.view:
-            self._set_scene(result)
-        if self._T_0_object is not None and result.view in self._truth:
-            self._placed.log_truth(result.view, self._T_0_object @ self._truth[result.view])
+            self._set_scene(result.view, result.points)
+            self._send_first_layout()
+        self._log_truth(result.view)
         for method, estimate in result.poses.items():
             if estimate.T_0_i is not None:
                 self._placed.log_placed(method, estimate)
@@ -136,8 +138,8 @@ class SessionReview:
             self._file.reserve(POINT_BYTES * (len(result.model.points) + meshed))
         stamps_ns = dict(zip(result.views_used, result.stamps_ns, strict=True))
         best = result.reconstruction[self._methods[-1]]
-        if self._joint and self._scene is not None:
-            self._placed.log_joint(best, stamps_ns)
+        if self._scene is not None:
+            self._log_final(result, stamps_ns)
         self._complete_curves(result, stamps_ns)
         if self._scene is not None:
             self._log_marks(result, best, self._scene)
@@ -164,11 +166,31 @@ class SessionReview:
         self._stream.log("/", rr.ViewCoordinates.RDF, static=True)  # frame {0} is a camera's
         self._log_text("/summary", summary.write_unfinished(self._info.name))
 
-    def _set_scene(self, origin: ViewResult) -> None:
-        self._scene = Scene.around(origin.points, self._info.elevation_deg, self._info.sensor_origin)
+    def _set_scene(self, origin: int, points: np.ndarray) -> None:
+        """The scene as seen from the view whose frame is {0}."""
+        self._origin = origin
+        self._scene = Scene.around(points, self._info.elevation_deg, self._info.sensor_origin)
         self._placed.scene = self._scene
-        if origin.view in self._truth:
-            self._T_0_object = poses.invert(self._truth[origin.view])
+        self._T_0_object = poses.invert(self._truth[origin]) if origin in self._truth else None
+
+    def _log_truth(self, view: int) -> None:
+        if self._T_0_object is not None and view in self._truth:
+            self._placed.log_truth(view, self._T_0_object @ self._truth[view])
+
+    def _log_final(self, result: SessionResult, stamps_ns: Mapping[int, int]) -> None:
+        """All views where they stand when all is known: another view than the first may have given frame {0}."""
+        if result.origin is not None and result.origin != self._origin:
+            self._set_scene(result.origin, self._placed.get_points(result.origin))
+            self._errors = entities.ERRORS_AGAIN
+            for view, stamp_ns in stamps_ns.items():
+                self._placed.set_time(view, stamp_ns)
+                self._log_truth(view)
+        for method, found in result.reconstruction.items():
+            self._placed.log_final(method, found, stamps_ns)
+        if self._joint:
+            self._placed.log_edges(result.reconstruction[Method.REFINED], stamps_ns)
+
+    def _send_first_layout(self) -> None:
         layout = lay_out(
             self._coming,
             self._T_0_object is not None,
@@ -186,7 +208,8 @@ class SessionReview:
 
     def _complete_curves(self, result: SessionResult, stamps_ns: Mapping[int, int]) -> None:
         for method, found in result.reconstruction.items():
-            self._curves.complete({v.view: error_values(method, v.errors) for v in found.views}, stamps_ns)
+            errors = {v.view: error_values(method, v.errors, self._errors) for v in found.views}
+            self._curves.complete(errors, stamps_ns)
             self._curves.complete({v.view: bound_values(method, v) for v in found.views}, stamps_ns)
             pairs = found.speaking.items()
             self._curves.complete({view: evidence_values(method, pair) for view, pair in pairs}, stamps_ns)
@@ -223,6 +246,7 @@ class SessionReview:
             is_colored=self._is_colored,
             view_colors={view: entities.view_color(view, self._info.views) for view in drawn},
             shading=shading,
+            errors=self._errors,
             has_bounds=any(v.rotation_bound_deg for found in result.reconstruction.values() for v in found.views),
             has_turntable=result.turntable is not None,
             has_mesh=result.model is not None and result.model.mesh is not None,

@@ -9,7 +9,13 @@ from orbitscan.processing.results.edges import left_out
 from orbitscan.processing.results.estimates import MethodResult, ViewEstimate
 from orbitscan.processing.results.records import Coverage, SessionResult, Turntable
 from orbitscan.processing.results.status import Method, Status
-from orbitscan.processing.review.ambiguity import find_freedoms, find_symmetries, list_ambiguous, list_settled
+from orbitscan.processing.review.ambiguity import (
+    find_freedoms,
+    find_symmetries,
+    list_ambiguous,
+    list_settled,
+    tell_apart,
+)
 from orbitscan.processing.review.markdown import (
     describe_freedom,
     describe_symmetry,
@@ -50,6 +56,8 @@ def conclude(result: SessionResult, method: Method) -> str:
             failed[view.status].append(view.view)
     text = f"{method} places {sum(view.status == 'ok' for view in views)} of {len(views)} views with confidence"
     text += "".join(f"; {status}: {enumerate_views(of_status)}" for status, of_status in sorted(failed.items())) + "."
+    if result.origin not in (None, *result.views_used[:1]):
+        text += f" Frame {{0}} is that of view {result.origin}."
     if method == "refined" and len(views) > 2:
         text += " The loop is closed." if result.reconstruction[method].loop_closed else " No loop is closed."
     off = {v.view: v.errors.center_error_m for v in views if v.errors.center_error_m is not None}
@@ -85,6 +93,8 @@ def summarize(result: SessionResult, methods: Sequence[Method]) -> str:
             lines += [text, ""]
     for words, settled in list_settled(found).items():
         lines += [f"**By {words}:** {plural(len(settled), 'view')} {enumerate_views(settled)}.", ""]
+    if apart := [write_clause(clause) for clause in tell_apart(found)]:
+        lines += [*(f"- {clause}." for clause in apart), ""]
     if notes := _list_notes(found):
         lines += [*(f"- {note}" for note in notes), ""]
     if best == "refined" and (dropped := len(left_out(found))):

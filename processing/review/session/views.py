@@ -32,6 +32,8 @@ class PlacedViews:
         self._best = best
         self.scene: Scene  # how large the object is and where frusta stand; set before anything is placed
         self._samples: dict[int, np.ndarray] = {}  # view -> thinned cloud, for the views matched to it later
+        self._drawn: dict[tuple[str, int], ViewEstimate] = {}  # by method and view
+        self._clouds: set[tuple[str, int]] = set()
 
     def set_time(self, view: int, stamp_ns: int) -> None:
         """Sets the time of all that the stream gets next."""
@@ -43,6 +45,10 @@ class PlacedViews:
         step = _step(len(result.points), PAIR_POINTS)
         self._samples[result.view] = result.points[::step].copy()  # a slice would keep the whole cloud in memory
 
+    def get_points(self, view: int) -> np.ndarray:
+        """A few points (N, 3) of a view that was kept."""
+        return self._samples[view]
+
     def log_truth(self, view: int, T_0_i: np.ndarray) -> None:
         """The true frustum, as a thin outline."""
         self._log_pose("truth", view, T_0_i, entities.TRUTH_COLOR, _TRUTH_WIDTH)
@@ -51,6 +57,7 @@ class PlacedViews:
         """Draw the frustum where a method puts it, if anywhere, with the status in words where that is not ok."""
         if estimate.T_0_i is None:
             return
+        self._drawn[method, estimate.view] = estimate
         wrong = entities.status_color(estimate.status)
         color, width = (entities.METHOD_COLORS[method], _WIDTH) if wrong is None else (wrong, _FAILED_WIDTH)
         self._log_pose(method, estimate.view, estimate.T_0_i, color, width)
@@ -64,6 +71,7 @@ class PlacedViews:
         """A view's points in its status's colour; where that is ok as captured, or in the view's own."""
         if not len(result.points):
             return
+        self._clouds.add((method, result.view))
         step = 1 if method == self._best else _step(len(result.points), LESSER_POINTS)
         colors: entities.Color | np.ndarray
         if (color := entities.status_color(status)) is not None:
@@ -75,19 +83,22 @@ class PlacedViews:
         path = entities.cloud_path(method, result.view)
         self._stream.log(path, rr.Points3D(result.points[::step], colors=colors, radii=-1.5))
 
-    def log_joint(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
-        """Where `refined` puts the views, whose clouds are written already, and the edges of its graph."""
+    def log_final(self, method: Method, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
+        """Where a method puts the views when all is known, as far as that is not drawn yet."""
         for estimate in found.views:
+            drawn, T = self._drawn.get((method, estimate.view)), estimate.T_0_i
             self.set_time(estimate.view, stamps_ns[estimate.view])
-            if estimate.T_0_i is None:
-                path = entities.view_path("refined", estimate.view)
-                self._stream.log(path, rr.Clear(recursive=True))  # its cloud, which stands nowhere
+            if T is None:
+                if drawn is not None or (method, estimate.view) in self._clouds:
+                    self._stream.log(entities.view_path(method, estimate.view), rr.Clear(recursive=True))
                 continue
-            self.log_placed(Method.REFINED, estimate)
-            color = entities.status_color(estimate.status)
-            if color is not None and len(self._samples[estimate.view]):
-                path = entities.cloud_path("refined", estimate.view)
-                self._stream.log(path, rr.Points3D.from_fields(colors=color))
+            if _same(drawn, estimate):
+                continue
+            self.log_placed(method, estimate)
+            self._color_cloud(method, estimate)
+
+    def log_edges(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
+        """The edges of the graph."""
         drawn = marks.draw_edges(found.pairs, self.sensors(found.views), list(stamps_ns))
         for view, lines in drawn.items():
             self.set_time(view, stamps_ns[view])
@@ -145,6 +156,18 @@ class PlacedViews:
         )
         self._stream.log(f"{path}/camera", frustum)
 
+    def _color_cloud(self, method: Method, estimate: ViewEstimate) -> None:
+        """Colour a cloud by its status; one that stood nowhere when it came is drawn by a few of its points."""
+        view, points = estimate.view, self._samples[estimate.view]
+        color, path = entities.status_color(estimate.status), entities.cloud_path(method, view)
+        if not len(points):
+            return
+        if (method, view) not in self._clouds:
+            color = color or entities.view_color(view, self._info.views)
+            self._stream.log(path, rr.Points3D(points, colors=color, radii=-1.5))
+        elif color is not None:
+            self._stream.log(path, rr.Points3D.from_fields(colors=color))
+
     def _above(self, points: np.ndarray) -> np.ndarray:
         """A place above points in a camera's frame, whose -y is up."""
         x, _, z = points.mean(axis=0)
@@ -153,3 +176,10 @@ class PlacedViews:
 
 def _step(count: int, wanted: int) -> int:
     return max(1, -(-count // wanted))
+
+
+def _same(drawn: ViewEstimate | None, estimate: ViewEstimate) -> bool:
+    """Whether a view is drawn where an estimate puts it, and as what."""
+    if drawn is None or drawn.T_0_i is None or estimate.T_0_i is None:
+        return False
+    return drawn.status == estimate.status and np.array_equal(drawn.T_0_i, estimate.T_0_i)

@@ -31,7 +31,7 @@ def sessions(n, which, count, rng, worse=1.0):
             T = noise @ poses.invert(T_0[target]) @ T_0[source]
             given = {"information": RIGHT, "covariance": np.linalg.inv(RIGHT)}
             pairs.append(replace(edge(source, target, T, CENTER, **given), evidence=ALONE))
-        found.append((solve(pairs, 0, DIAMETER, GraphSettings()), pairs))
+        found.append((solve(pairs, range(n), DIAMETER, GraphSettings()), pairs))
     return T_0, found
 
 

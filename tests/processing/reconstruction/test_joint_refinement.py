@@ -8,11 +8,12 @@ import pytest
 from orbitscan.processing.pipeline import process
 from orbitscan.processing.reconstruction.joint_refinement import refine_jointly
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings
+from orbitscan.processing.reconstruction.session_evidence import reconsider
 from orbitscan.processing.results.estimates import MethodResult, ViewEstimate
 from orbitscan.processing.results.status import Status
 from orbitscan.recorder import poses
 from orbitscan.recorder.session import in_memory
-from tests.geometry import bottle, random_pose, scan
+from tests.geometry import blob, bottle, random_pose, scan
 from tests.processing.scene import SETTINGS, Scene, degrees, edge
 
 
@@ -34,7 +35,7 @@ def rearranged(session, order, replaced=None):
 def errors_deg(session, found):
     """View -> how far its pose is off, for all that are placed."""
     truth = session.truth()
-    origin = poses.invert(truth[0])
+    origin = poses.invert(truth[found.origin])
     return {v.view: degrees(v.T_0_i, origin @ truth[v.view]) for v in found.views if v.T_0_i is not None}
 
 
@@ -100,6 +101,52 @@ def test_a_view_that_fits_nowhere_is_not_connected_and_harms_nothing(arc):
     assert max(errors_deg(session, found).values()) < 0.7
 
 
+@pytest.mark.parametrize("at", [0, 4])
+def test_a_foreign_view_at_an_end_costs_no_other(arc, at):
+    other = scan(n_views=1, surface=bottle, points=8_000).load(0)
+    session = rearranged(arc, range(5), {at: other})
+    for found in run(session).values():
+        assert [view.view for view in found.views if view.status != "ok"] == [at]
+        assert found.views[at].T_0_i is None
+        assert found.origin == (1 if at == 0 else 0)
+        assert max(errors_deg(session, found).values()) < 0.7
+
+
+def mirrored(rng, points):
+    """Another surface without symmetry."""
+    return tuple(rows * np.array([-1, 1, 1]) for rows in blob(rng, points))
+
+
+def test_halves_that_share_nothing_each_hold_together(arc):
+    """The larger is in frame {0}, the other in the frame of its own first view; both have a model."""
+    other = scan(n_views=2, step_deg=25, surface=mirrored, points=8_000)
+    session = rearranged(arc, [0, 1, 0, 1, 2], {i: other.load(i) for i in (0, 1)})
+    *_, last = process(session.views(), session.info, methods=("icp", "pairwise", "refined"))
+    truth, own = session.truth(), other.truth()
+    for method in ("pairwise", "refined"):
+        found = last.reconstruction[method]
+        assert [view.component for view in found.views] == [1, 1, 0, 0, 0]
+        assert statuses(found) == ["not_connected", "not_connected", "ok", "ok", "ok"]
+        assert degrees(found.views[4].T_0_i, poses.invert(truth[2]) @ truth[4]) < 0.7
+        assert degrees(found.views[1].T_component_i, poses.invert(own[0]) @ own[1]) < 0.7
+        assert "one of 2 views that hold together" in found.views[0].note
+    assert last.origin == 2
+    assert (last.reconstruction["icp"].views[2].T_0_i == np.eye(4)).all()
+    assert len(last.model.points) > len(last.model_apart.points) > 500
+
+
+def test_a_refused_pair_that_others_bear_out_is_right(ready):
+    refused = replace(exact(ready, 2, 1), status=Status.DIVERGED)
+    known = pairwise_of(ready, [exact(ready, 1, 0), refused, exact(ready, 3, 2)])
+    refined = refine_jointly(known, ready, ready_register(ready), SETTINGS.pair, GraphSettings())
+    found = reconsider(known, refined, ready, SETTINGS.pair)
+    assert statuses(refined) == statuses(found) == ["ok"] * 4
+    wrong = replace(refused, T_target_source=random_pose(np.random.default_rng(0)))
+    known = pairwise_of(ready, [exact(ready, 1, 0), wrong, exact(ready, 3, 2)])
+    refined = refine_jointly(known, ready, ready_register(ready), SETTINGS.pair, GraphSettings())
+    assert statuses(reconsider(known, refined, ready, SETTINGS.pair))[2:] == ["not_connected"] * 2
+
+
 def test_a_full_circle_is_closed():
     session = scan(n_views=12, step_deg=30, points=6_000)
     found = run(session)
@@ -141,12 +188,16 @@ def pairwise_of(ready, pairs, placed="ok"):
 
 def jointly(ready, pairs, register):
     how = SETTINGS.pair, GraphSettings()
-    return refine_jointly(pairwise_of(ready, pairs), 0, ready, register, *how)
+    return refine_jointly(pairwise_of(ready, pairs), ready, register, *how)
 
 
 def exact(ready, source, target):
     center = ready.views[target].surface.surfels.points.mean(axis=0)
     return edge(source, target, ready.T(target, source), center)
+
+
+def ready_register(ready):
+    return lambda source, target, hints: ready.register(source, target)
 
 
 def never(source, target, hints):
@@ -202,7 +253,7 @@ def test_a_view_is_not_ok_by_a_pair_that_leaves_something_open(ready):
 
 def test_without_an_origin_there_is_nothing_to_refine():
     views = (ViewEstimate(0, Status.TOO_FEW_POINTS, None), ViewEstimate(1, Status.UNREADABLE, None))
-    found = refine_jointly(MethodResult(views, ()), None, None, None, SETTINGS.pair, GraphSettings())
+    found = refine_jointly(MethodResult(views, ()), None, None, SETTINGS.pair, GraphSettings())
     assert statuses(found) == ["too_few_points", "unreadable"]
     assert found.summary["failed_views"] == 2
 

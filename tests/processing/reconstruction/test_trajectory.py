@@ -51,18 +51,93 @@ def test_a_view_without_an_estimate_is_skipped_and_breaks_nothing():
     assert trajectory.last.prepared.surface.view == 0
     trajectory.extend(view(2), pair(2, 0, np.eye(4)), trajectory.last)
     assert [v.status for v in trajectory.views] == ["ok", "no_consensus", "ok"]
-    assert trajectory.result(0).summary["failed_views"] == 1
+    assert trajectory.result().summary["failed_views"] == 1
 
 
 def test_a_view_is_tried_on_the_last_connected_view_and_then_on_the_last():
-    retrying, plain = Trajectory(retries=True), Trajectory()
-    assert retrying.targets == plain.targets == []
-    for trajectory in (retrying, plain):
+    doubting, plain = Trajectory(doubts=True), Trajectory()
+    assert doubting.targets == plain.targets == []
+    for trajectory in (doubting, plain):
         trajectory.start(view(0))
         assert [t.prepared.surface.view for t in trajectory.targets] == [0]
         trajectory.extend(view(1), pair(1, 0, np.eye(4), "diverged"), trajectory.last)
-    assert [t.prepared.surface.view for t in retrying.targets] == [0, 1]
+    assert [t.prepared.surface.view for t in doubting.targets] == [0, 1]
     assert [t.prepared.surface.view for t in plain.targets] == [1]
+
+
+def test_a_view_that_fits_neither_is_tried_on_two_earlier_ones():
+    trajectory = Trajectory(doubts=True)
+    trajectory.start(view(0))
+    for i in range(1, 5):
+        trajectory.extend(view(i), pair(i, i - 1, np.eye(4)), trajectory.last)
+    asked = []
+
+    def register(target, hints):
+        asked.append(target.surface.view)
+        return pair(5, target.surface.view, np.eye(4), "ok" if target.surface.view == 2 else "diverged")
+
+    found, target = trajectory.attach(register)
+    assert asked == [4, 3, 2]
+    assert found.target == target.prepared.surface.view == 2
+    assert Trajectory().earlier == []
+
+
+def chained(statuses, **options):
+    """A trajectory of views that each stand a metre from the one before, by pairs of such statuses."""
+    trajectory, step = Trajectory(**options), np.eye(4)
+    step[0, 3] = 1
+    trajectory.start(view(0))
+    for i, status in enumerate(statuses, start=1):
+        trajectory.extend(view(i), pair(i, i - 1, step, status), trajectory.last)
+    return trajectory
+
+
+def places(views):
+    """Where views stand, in frame {0} or that of their component."""
+    poses = [v.T_0_i if v.T_component_i is None else v.T_component_i for v in views]
+    return [None if T is None else T[0, 3] for T in poses]
+
+
+def test_views_behind_a_pair_in_doubt_hold_together_apart():
+    trajectory = chained(["ok", "diverged", "ok", "ambiguous"], doubts=True)
+    assert [v.status for v in trajectory.views] == ["ok", "ok", "diverged", "not_connected", "ambiguous"]
+    assert [v.component for v in trajectory.views] == [0, 0, None, 1, 1]
+    assert places(trajectory.views) == [0, 1, 0, 1, 2]
+
+
+def test_in_the_end_the_most_that_hold_together_are_in_frame_0():
+    found = chained(["diverged", "ok", "ok", "low_overlap", "ok"], doubts=True).result()
+    assert [v.status for v in found.views] == ["not_connected", "ok", "ok", "ok", "not_connected", "not_connected"]
+    assert [v.component for v in found.views] == [None, 0, 0, 0, 1, 1]
+    assert places(found.views) == [None, 0, 1, 2, 0, 1]
+    assert found.origin == 1
+    assert list(found.placed) == [1, 2, 3]
+    assert {k: list(views) for k, views in found.components.items()} == {1: [4, 5]}
+    assert found.views[4].note == "one of 2 views that hold together, but nothing holds them to the others"
+
+
+def test_the_frame_is_that_of_an_origin_where_one_is_given():
+    found = chained(["diverged", "ok", "ok", "low_overlap", "ok"], doubts=True).result(5)
+    assert [v.component for v in found.views] == [None, 1, 1, 1, 0, 0]
+    assert places(found.views) == [None, 0, 1, 2, -1, 0]
+    assert [v.status for v in found.views[4:]] == ["ok", "ok"]
+
+
+def test_the_thesis_methods_go_through_any_pair():
+    trajectory = chained(["diverged", "ok", "ok"])
+    assert [v.status for v in trajectory.result().views] == ["ok", "diverged", "not_connected", "not_connected"]
+    found = trajectory.result(1)
+    assert places(found.views) == [-1, 0, 1, 2]
+    assert [v.status for v in found.views] == ["not_connected", "ok", "ok", "ok"]
+
+
+def test_views_without_points_stay_what_they_are():
+    trajectory = chained(["ok"], doubts=True)
+    trajectory.skip(2, Status.TOO_FEW_POINTS)
+    assert [v.status for v in trajectory.result(1).views] == ["ok", "ok", "too_few_points"]
+    empty = Trajectory()
+    empty.skip(0, Status.UNREADABLE)
+    assert empty.result().origin is None
 
 
 def test_the_step_is_that_of_the_last_pair_if_it_is_right():
@@ -76,7 +151,7 @@ def test_the_step_is_that_of_the_last_pair_if_it_is_right():
 
 
 def test_a_view_is_attached_to_the_first_target_that_it_fits_else_to_the_likeliest():
-    trajectory = Trajectory(retries=True)
+    trajectory = Trajectory(doubts=True)
     trajectory.start(view(0))
     trajectory.extend(view(1), pair(1, 0, np.eye(4), "diverged"), trajectory.last)
     for statuses, confidences, asked, chosen in (
@@ -107,4 +182,4 @@ def test_only_views_that_are_ok_are_collected():
     trajectory.start(view(0))
     trajectory.extend(view(1), pair(1, 0, np.eye(4), "diverged"), trajectory.last)
     trajectory.extend(view(2), pair(2, 1, None, "no_consensus"), trajectory.last)
-    assert list(trajectory.result(0).placed) == [0]
+    assert list(trajectory.result().placed) == [0]

@@ -58,7 +58,7 @@ def test_what_is_read_is_what_was_written(written):
 def test_errors_stand_beside_what_they_are_of(written):
     view = json.loads((written[0] / "results.json").read_text())["reconstruction"]["refined"]["views"][1]
     assert set(view) == {
-        "view", "status", "T_0_i", "pair", "rotation_bound_deg", "center_bound_m", "note",
+        "view", "status", "T_0_i", "pair", "component", "T_component_i", "rotation_bound_deg", "center_bound_m", "note",
         "translation_error_m", "rotation_error_chordal", "rotation_error_deg", "center_error_m",
     }  # fmt: skip
 

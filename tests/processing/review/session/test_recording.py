@@ -86,7 +86,35 @@ def test_views_that_refined_does_not_place_are_taken_away(tmp_path):
         review.add_session(session)
     cleared = read_rows(tmp_path / "review.rrd", "/object/**", "Clear:is_recursive")
     assert cleared[entities.view_path("refined", FAILED)] == {FAILED: [True]}
-    assert set(cleared) == {entities.view_path("refined", view) for view in (FAILED, EMPTY)}
+    assert set(cleared) == {entities.view_path("refined", FAILED)}  # nothing is drawn of a view without points
+
+
+def test_where_another_view_gives_the_frame_all_is_drawn_anew(tmp_path):
+    """View 0 turns out to fit nothing: the poses, the truth and the errors are those in view 1's frame."""
+    views, session = make_results()
+    back = poses.invert(session.reconstruction["pairwise"].views[1].T_0_i)
+    moved = {}
+    for method, found in session.reconstruction.items():
+        estimates = [replace(v, T_0_i=back @ v.T_0_i) if v.view in (1, 2, 3) else v for v in found.views]
+        estimates[0] = replace(estimates[0], status=Status.NOT_CONNECTED, T_0_i=None)
+        moved[method] = replace(found, views=tuple(estimates))
+    path = tmp_path / "review.rrd"
+    with SessionReview(path, make_info(5), METHODS, true_poses(5)) as review:
+        for result in views:
+            review.add_view(result)
+        review.add_session(replace(session, reconstruction=moved, origin=1))
+    translations = read_rows(path, "/object/**", "Transform3D:translation")
+    truth = true_poses(5)
+    for method in METHODS:
+        T_0_2 = moved[method].views[2].T_0_i
+        assert np.allclose(translations[entities.view_path(method, 2)][2][0], T_0_2[:3, 3], atol=1e-6)
+    shown = translations[entities.view_path("truth", 2)][2][0]
+    assert np.allclose(shown, (poses.invert(truth[1]) @ truth[2])[:3, 3], atol=1e-6)
+    cleared = read_rows(path, "/object/**", "Clear:is_recursive")
+    assert set(cleared) == {entities.view_path(method, 0) for method in METHODS}
+    curves = read_rows(path, "/errors_again/**", "Scalars:scalars")
+    assert set(curves["/errors_again/translation_m/pairwise"]) == {0, 1, 2, 3}
+    assert "Frame {0} is that of view 1." in read_rows(path, "/summary", "TextDocument:text")["/summary"][-1][0]
 
 
 def test_only_refined_asked_for_shows_pairwise_until_it_is_known(tmp_path):
