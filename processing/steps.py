@@ -87,8 +87,18 @@ class Steps:
 
     def refine_jointly(self, pairwise: MethodResult, cache: ViewCache, register: Register) -> MethodResult:
         """Ours: all views of a session refined together, more pairs of them registered."""
+
+        def ask(source: PreparedView, target: PreparedView, hints: Hints) -> PairEstimate:
+            return self.align(source, target, hints) if hints.alone else register(source, target, hints)
+
         with self.watch.alone("refine", "refined"):
-            return refine_jointly(pairwise, cache, register, self.settings.pair, self.settings.graph)
+            return refine_jointly(pairwise, cache, ask, self.settings.pair, self.settings.graph)
+
+    def align(self, source: PreparedView, target: PreparedView, hints: Hints) -> PairEstimate:
+        """Ours: a pair by the likely poses alone, which nothing but geometry judges."""
+        with self.watch.shared("refine"):
+            found = competition.register_from(PairRegistration(source, target, self.settings.pair), hints.starts)
+            return competition.verify_usual(found, hints.usual, self.settings.pair)
 
     def build_model(self, views: Views, T: Mapping[int, np.ndarray], method: Method | None) -> Model | None:
         """The model of views that a method placed, T by view."""

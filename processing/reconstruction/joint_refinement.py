@@ -7,7 +7,13 @@ from itertools import pairwise as successive
 import numpy as np
 
 from orbitscan.processing.reconstruction.components import label_groups, place_views
-from orbitscan.processing.reconstruction.partners import Partners, choose_edges, viewing_direction
+from orbitscan.processing.reconstruction.partners import (
+    Partners,
+    choose_edges,
+    choose_keyviews,
+    choose_nearest,
+    viewing_direction,
+)
 from orbitscan.processing.reconstruction.pose_graph import GraphSettings, Solution, solve
 from orbitscan.processing.reconstruction.self_registration import find_self_symmetries, tell_by_color
 from orbitscan.processing.reconstruction.trajectory import Hints
@@ -39,10 +45,11 @@ def refine_jointly(
 ) -> MethodResult:
     """Refine all views of a session together, starting from the pairs of successive views.
 
-    What these do not hold to the most views is registered to some of them; then every view to those it should overlap;
-    then the graph is solved. What all views together tell of the object's symmetries is looked for in every edge. {0}
-    is the first of the most views that edges hold together which leave nothing open: these are `ok`, `ambiguous` those
-    that others lead to, `not_connected` the rest.
+    What these do not hold to the most views is registered to some of them. Then keyviews, spread over all, are
+    registered to those that they should overlap, and the views between them aligned to the nearest; the graph is
+    solved. What all views together tell of the object's symmetries is looked for in every edge. {0} is the first of the
+    most views that edges hold together which leave nothing open: these are `ok`, `ambiguous` those that others lead to,
+    `not_connected` the rest.
     """
     views = [v.view for v in pairwise.views if v.status not in (Status.UNREADABLE, Status.TOO_FEW_POINTS)]
     if not views:
@@ -130,16 +137,17 @@ class _Graph:
         return list(groups.values())
 
     def close(self) -> None:
-        """Find edges between views that should overlap by their poses; other starts compete with these."""
-        solution, directions = self.solution, {}
-        for view in (view for view in solution.T_0 if view in solution.rigid):
-            T_0_i = solution.T_0[view]
-            surface = self.cache.get_surface(view).surface
-            directions[view] = viewing_direction(T_0_i, surface.surfels.points.mean(axis=0), surface.sensor_origin)
+        """Find edges between views that should overlap by their poses, which are one of many starts for keyviews."""
+        rigid = {view: T for view, T in self.solution.T_0.items() if view in self.solution.rigid}
+        outlooks = {view: self.cache.get_outlook(view) for view in rigid}
+        directions = {v: viewing_direction(rigid[v], seen.middle, seen.sensor_origin) for v, seen in outlooks.items()}
+        keyviews = choose_keyviews(directions, self.settings.keyview_deg)
         known = [(edge.source, edge.target) for edge in self.edges]
-        for source, target in choose_edges(directions, known, self.settings.bands_deg):
-            start = poses.invert(solution.T_0[target]) @ solution.T_0[source]
-            edge = self._register(source, target, {"graph": start})
+        edges = choose_edges({view: directions[view] for view in keyviews}, known, self.settings.bands_deg)
+        for source, target in edges + choose_nearest(directions, keyviews, known):
+            start = poses.invert(rigid[target]) @ rigid[source]
+            between = source not in keyviews
+            edge = self._register(source, target, {"graph": start}, alone=between)
             if edge.status != Status.OK or edge.T_target_source is None:
                 continue
             if self._pair(edge).distance(edge.T_target_source, start) <= 1.0:
@@ -170,11 +178,12 @@ class _Graph:
             back = poses.invert(T_0[self.solution.origin])  # another view is the first that nothing is open of
             self.symmetries = [symmetry.moved(back) for symmetry in self.symmetries]
 
-    def _register(self, source: int, target: int, starts: Mapping[str, np.ndarray]) -> PairEstimate:
+    def _register(
+        self, source: int, target: int, starts: Mapping[str, np.ndarray], *, alone: bool = False
+    ) -> PairEstimate:
         usual = UsualMisfit.of([edge for edge in self.edges if edge.status == Status.OK])
-        return self.judge(
-            self.register(self.cache.get(source), self.cache.get(target), Hints(starts, usual, only_ok=True))
-        )
+        get = self.cache.get_surface if alone else self.cache.get
+        return self.judge(self.register(get(source), get(target), Hints(starts, usual, only_ok=True, alone=alone)))
 
     def _challenge(self, edge: PairEstimate) -> PairEstimate:
         """An edge, or what symmetries of the object make of it."""

@@ -55,6 +55,27 @@ def choose_edges(
     return chosen
 
 
+def choose_keyviews(directions: Mapping[int, np.ndarray], apart_deg: float) -> list[int]:
+    """Choose views whose viewing directions are at least so far apart that all others are near one of them."""
+    chosen: list[int] = []
+    for view, direction in directions.items():
+        if all(directions[other] @ direction <= np.cos(np.radians(apart_deg)) for other in chosen):
+            chosen.append(view)
+    return chosen
+
+
+def choose_nearest(
+    directions: Mapping[int, np.ndarray], keyviews: Sequence[int], known: Sequence[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Pair each view between keyviews (source) with the nearest of these, besides the known pairs."""
+    taken, pairs = {frozenset(pair) for pair in known}, []
+    for view in directions.keys() - set(keyviews):
+        nearest = max(keyviews, key=lambda other: float(directions[other] @ directions[view]))
+        if frozenset((view, nearest)) not in taken:
+            pairs.append((view, nearest))
+    return sorted(pairs)
+
+
 @dataclass
 class Partners:
     """Whom to register views to that nothing holds yet: those first with which a first look agrees best."""

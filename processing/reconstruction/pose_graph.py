@@ -19,7 +19,11 @@ _QUARTER = 0.25  # the weight of an edge that disagrees as `GraphSettings.outlie
 class GraphSettings:
     """Which pairs become edges, and how the graph is solved; not in the thesis."""
 
-    # An edge for every view in each band of angles between viewing directions, from 0 on: near ones are exact, far
+    # Of views that stand close to each other keyviews are registered as if nothing were known; those between them are
+    # aligned to the nearest from where the pairs of successive views put them.
+    keyview_deg: float = 10.0  # between the viewing directions of keyviews, at least
+
+    # An edge for every keyview in each band of angles between viewing directions, from 0 on: near ones are exact, far
     # ones keep errors from adding up.
     bands_deg: tuple[float, ...] = (10.0, 30.0, 50.0, 75.0)
 

@@ -134,8 +134,7 @@ def _judge(
     """What tells by how many deviations a turn in frame {0} explains the views worse than usual (see `name_turn`)."""
     directions = {}
     for view, T in T_0.items():
-        surface = views[view].surface
-        directions[view] = viewing_direction(T, surface.surfels.points.mean(axis=0), surface.sensor_origin)
+        directions[view] = viewing_direction(T, views[view].middle, views[view].surface.sensor_origin)
     some = list(T_0)[:: max(1, len(T_0) // _LOOKED_AT)]
 
     def worse_by(turn: np.ndarray) -> float | None:

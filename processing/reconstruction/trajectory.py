@@ -38,6 +38,7 @@ class Hints:
     starts: Mapping[str, np.ndarray] = field(default_factory=dict)  # likely poses T_target_source, by their names
     usual: UsualMisfit | None = None  # of pairs that are right
     only_ok: bool = False  # whether a pair is of no use that leaves anything open
+    alone: bool = False  # whether the likely poses are all that is tried, as others were on the way there
 
 
 @dataclass

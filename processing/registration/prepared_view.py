@@ -4,6 +4,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -99,6 +100,14 @@ class PreparedView:
         return None if origin is None else make_range_image(self.surface.points, origin, _PIXEL * self.scale.working)
 
 
+class Outlook(NamedTuple):
+    """What little is kept of every view."""
+
+    middle: np.ndarray  # (3,) of what it shows
+    sensor_origin: np.ndarray | None  # (3,)
+    self_turns: tuple[np.ndarray, ...]
+
+
 class ViewCache:
     """The last views asked for, prepared; one that is no longer there is read and prepared again."""
 
@@ -113,6 +122,7 @@ class ViewCache:
         self._views, self._prepare, self._prepare_surface, self._most = views, prepare, prepare_surface, max(1, most)
         self._kept: OrderedDict[int, PreparedView] = OrderedDict()
         self._without_features: set[int] = set()  # those kept without keypoints and descriptors
+        self._outlooks: dict[int, Outlook] = {}  # of all that were ever asked for
 
     def put(self, view: View) -> PreparedView:
         """Prepare and keep a view that was just read."""
@@ -130,12 +140,23 @@ class ViewCache:
         """Return a view by its recorded index that may lack keypoints and descriptors."""
         if index not in self._kept:
             self._without_features.add(index)
-            return self._keep(index, self._prepare_surface(self._views.load(index)))
+            prepared = self._prepare_surface(self._views.load(index))
+            if index in self._outlooks:
+                prepared = replace(prepared, self_turns=self._outlooks[index].self_turns)
+            return self._keep(index, prepared)
         self._kept.move_to_end(index)
         return self._kept[index]
 
+    def get_outlook(self, index: int) -> Outlook:
+        """Return what little is kept of every view."""
+        if index not in self._outlooks:
+            self.get_surface(index)
+        return self._outlooks[index]
+
     def _keep(self, index: int, prepared: PreparedView) -> PreparedView:
         self._kept[index] = prepared
+        if prepared.surface.enough:
+            self._outlooks[index] = Outlook(prepared.middle, prepared.surface.sensor_origin, prepared.self_turns)
         self._kept.move_to_end(index)
         while len(self._kept) > self._most:
             oldest, _ = self._kept.popitem(last=False)

@@ -7,6 +7,7 @@ import numpy as np
 from orbitscan.processing.pipeline import prepare_view
 from orbitscan.processing.reconstruction.trajectory import Hints
 from orbitscan.processing.registration.pair import PairRegistration
+from orbitscan.processing.registration.prepared_view import Outlook
 from orbitscan.processing.registration.ransac import Matches
 from orbitscan.processing.results.estimates import Evidence, PairEstimate
 from orbitscan.processing.results.status import Status
@@ -32,6 +33,11 @@ class Scene:
         return self.views[index]
 
     get_surface = get
+
+    def get_outlook(self, index):
+        """As a cache tells where a view looks."""
+        view = self.views[index]
+        return Outlook(view.middle, view.surface.sensor_origin, view.self_turns)
 
     def T(self, target, source):
         """The true T_target_source of two views."""

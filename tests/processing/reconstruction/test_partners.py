@@ -4,7 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.partners import choose_edges, viewing_direction
+from orbitscan.processing.reconstruction.partners import (
+    choose_edges,
+    choose_keyviews,
+    choose_nearest,
+    viewing_direction,
+)
 from tests.geometry import random_pose
 
 BANDS = (10.0, 30.0, 50.0, 75.0)
@@ -43,3 +48,20 @@ def test_the_viewing_direction_points_from_the_object_to_the_sensor():
     assert np.allclose(seen, -T[:3, 2])
     assert np.allclose(viewing_direction(T, np.array([0, 0, 2.0]), None), -T[:3, 2])
     assert np.allclose(viewing_direction(T, np.array([2.0, 0, 0]), np.zeros(3)), -T[:3, 0])
+
+
+def test_keyviews_are_spread_over_a_dense_circle_and_all_others_are_near_one():
+    directions = circle(250)
+    keyviews = choose_keyviews(directions, 10)
+    assert 24 <= len(keyviews) <= 36
+    pairs = choose_nearest(directions, keyviews, [(1, 0)])
+    assert {source for source, _ in pairs} == set(directions) - set(keyviews) - {1}
+    assert {target for _, target in pairs} <= set(keyviews)
+    angles = [np.degrees(np.arccos(directions[a] @ directions[b])) for a, b in pairs]
+    assert max(angles) <= 10
+
+
+def test_every_view_of_a_coarse_circle_is_a_keyview():
+    directions = circle(18)
+    assert choose_keyviews(directions, 10) == list(directions)
+    assert choose_nearest(directions, list(directions), []) == []
