@@ -76,6 +76,7 @@ class Results:
     versions: dict[str, str]
     seed: int
     classification: SessionClassification | None
+    origin: int | None  # the view whose frame is {0}
     reconstruction: dict[Method, MethodResult]  # worst to best
     turntable: Turntable | None
     coverage: Coverage | None
@@ -96,6 +97,7 @@ class Results:
             versions={name: version(name) for name in ("orbitscan", *_LIBRARIES)},
             seed=result.seed,
             classification=result.classification,
+            origin=result.origin,
             reconstruction=dict(result.reconstruction),
             turntable=result.turntable,
             coverage=result.coverage,
@@ -108,12 +110,6 @@ class Results:
         """The result of the best method run; None where none was."""
         best = best_method(self.reconstruction)
         return self.reconstruction[best] if best else None
-
-    @property
-    def origin(self) -> int | None:
-        """The view whose frame is {0}: its pose is the identity, exactly."""
-        views = (view for found in self.reconstruction.values() for view in found.views)
-        return next((v.view for v in views if v.T_0_i is not None and np.array_equal(v.T_0_i, np.eye(4))), None)
 
 
 _JSON = TypeAdapter(Results)

@@ -98,7 +98,7 @@ _STATUSES = {
     Status.TOO_FEW_MATCHES: _Row("too few descriptors match"),
     Status.TOO_FEW_KEYPOINTS: _Row("too little structure for keypoints"),
     Status.TOO_FEW_POINTS: _Row("too few points to register"),
-    Status.NOT_CONNECTED: _Row("its own pair may be right, but no pairs that are lead from it to the first view"),
+    Status.NOT_CONNECTED: _Row("its own pair may be right, but no pairs that are lead from it to view {0}"),
     Status.UNREADABLE: _Row("its recorded cloud is damaged"),
 }
 

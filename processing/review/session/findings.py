@@ -52,7 +52,7 @@ def explain_left_out(pair: PairEstimate, disagreement: Disagreement | None) -> s
     """Why the graph does not believe a pair."""
     text = f"pair {pair.source} to {pair.target} is left out"
     if disagreement is None:
-        return f"{text}: no other pairs connect it to the first view, or they contradict it"
+        return f"{text}: no other pairs connect it to view {{0}}, or they contradict it"
     off = f"{number(disagreement.degrees)}° and {in_mm(disagreement.metres)} mm"
     return f"{text}: the others contradict it by {off} ({describe_evidence(pair)})"
 

@@ -17,6 +17,7 @@ def make_results(name="blob", category=None, views=4, **fields):
         "versions": {},
         "seed": 0,
         "classification": None,
+        "origin": 0,
         "reconstruction": {},
         "turntable": None,
         "coverage": None,
