@@ -95,9 +95,10 @@ class Steps:
             return refine_jointly(pairwise, cache, ask, self.settings.pair, self.settings.graph)
 
     def align(self, source: PreparedView, target: PreparedView, hints: Hints) -> PairEstimate:
-        """Ours: a pair by the likely poses alone, which nothing but geometry judges."""
+        """Ours: a pair by the likely pose alone, which geometry judges."""
+        ((name, start),) = hints.starts.items()
         with self.watch.shared("refine"):
-            found = competition.register_from(PairRegistration(source, target, self.settings.pair), hints.starts)
+            found = competition.register_near(PairRegistration(source, target, self.settings.pair), name, start)
             return competition.verify_usual(found, hints.usual, self.settings.pair)
 
     def build_model(self, views: Views, T: Mapping[int, np.ndarray], method: Method | None) -> Model | None:

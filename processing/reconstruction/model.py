@@ -15,7 +15,7 @@ from orbitscan.processing.surface.preparation import Scale
 from orbitscan.recorder import cloud, poses
 from orbitscan.recorder.session import View
 
-_MERGE_EVERY = 2_000_000  # points held before they are merged
+_MERGE_EVERY = 250_000  # points held before they are merged
 
 
 @dataclass(frozen=True)

@@ -127,6 +127,27 @@ def register_from(
     return found
 
 
+def register_near(pair: PairRegistration, name: str, start: np.ndarray) -> PairEstimate:
+    """Estimate a pair by one start T_target_source that other pairs predict; at best `ambiguous` where it may slide.
+
+    Alignment leaves a pose that slides where it was: it would bear out whatever is predicted.
+    """
+    (trial,) = try_starts(pair, {name: start})
+    motions = pair.find_motions(trial.T, coarse=True)
+    if not pair.nearly_slides(motions):
+        return register_from(pair, {name: start})
+    status = verification.status_of(trial.found, pair.settings.judgement)
+    return PairEstimate(
+        pair.source.view,
+        pair.target.view,
+        trial.T,
+        Status.AMBIGUOUS if status == Status.OK else status,
+        verification.confidence(trial.found, 0.0),
+        pair.gather_evidence(trial.refined, trial.found, motions, None),
+        start=name,
+    )
+
+
 def _open(pair: PairRegistration, found: PairEstimate, best: Trial, rivals: Sequence[Trial]) -> PairEstimate:
     """Return an estimate with all that explains its views as well and how well it is known; `ambiguous` if so."""
     belief = pair.settings.judgement

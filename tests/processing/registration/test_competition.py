@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orbitscan.processing.registration.competition import register_competing, register_from
+from orbitscan.processing.registration.competition import look, register_competing, register_from, register_near
 from orbitscan.processing.registration.icp import register_icp
 from orbitscan.processing.registration.matching import choose_correspondences
 from orbitscan.processing.registration.pair import PairRegistration
@@ -252,3 +252,30 @@ def test_views_that_decide_against_a_known_step_are_inconsistent(scene, found, s
     target, source, _ = scene.views
     pair = register_competing(scene.pair(source, target, replace(HOW, step_deg=step_deg)), found)
     assert pair.status == "inconsistent"
+
+
+def test_a_first_look_tells_views_that_overlap_from_others(scene):
+    target, source, _ = scene.views
+    other = Scene(scan(n_views=1, surface=bottle)).views[0]
+    assert look(scene.pair(source, target)) > 0.7
+    assert look(scene.pair(source, target)) > look(scene.pair(other, target)) + 0.2
+
+
+def test_a_pair_is_aligned_from_where_others_predict_it(scene):
+    target, source, _ = scene.views
+    start = random_pose(np.random.default_rng(0), angle=0.05, shift=0.005) @ scene.T(0, 1)
+    pair = register_near(scene.pair(source, target), "graph", start)
+    assert pair.status == "ok"
+    assert pair.start == "graph"
+    assert error_deg(scene, pair) < 0.3
+    far = register_near(scene.pair(source, target), "graph", random_pose(np.random.default_rng(1)))
+    assert not far.status.is_believed
+
+
+def test_what_may_slide_bears_no_prediction_out():
+    """Aligned from anywhere about its axis a bottle stays there: that is no evidence."""
+    bottles = Scene(scan(n_views=2, surface=bottle))
+    target, source = bottles.views
+    pair = register_near(bottles.pair(source, target), "graph", bottles.T(0, 1))
+    assert pair.status == "ambiguous"
+    assert pair.information is None
