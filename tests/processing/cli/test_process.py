@@ -60,7 +60,7 @@ def test_results_hold_what_the_format_says(done):
     found = results(folder / "out" / "blob")
     assert list(found) == [
         "format_version", "key", "session", "input", "settings", "versions", "seed", "classification",
-        "reconstruction", "turntable", "coverage", "model",
+        "origin", "reconstruction", "turntable", "coverage", "model", "model_apart",
     ]  # fmt: skip
     assert found["session"]["views_used"] == [0, 1, 2, 3, 4]
     assert found["input"]["damage"] is None
