@@ -5,7 +5,7 @@ ifeq ($(OS),Windows_NT)
 BIN := .venv/Scripts
 endif
 
-.PHONY: demo test lint bench bench-quick bench-memory bench-symmetry bench-calibration bench-color faults fuzz model picture clean
+.PHONY: demo test lint bench bench-quick bench-memory bench-symmetry bench-calibration bench-color bench-views faults fuzz model picture clean
 
 demo: .venv/installed
 	@$(BIN)/orbitscan process recordings/robot.mcap -o results --overwrite
@@ -39,6 +39,11 @@ bench-calibration: .venv/installed-dev
 # Whether colours decide what shapes leave open, and nothing else: QUICK=--quick takes minutes.
 bench-color: .venv/installed-dev
 	$(BIN)/python -m tests.benchmarks.color $(if $(QUICK),--quick)
+
+# Which right views are called failed, and what a view costs as they become more.
+bench-views: .venv/installed-dev
+	$(BIN)/python -m tests.benchmarks.views lost
+	$(BIN)/python -m tests.benchmarks.views many
 
 # FIRST=7 COUNT=1 makes the damage of number 7 alone.
 fuzz: .venv/installed-dev

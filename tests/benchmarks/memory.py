@@ -41,12 +41,21 @@ def main() -> None:
 
 def peak_of_children() -> float | None:
     """The most memory [GB] that a finished child process had resident; None on Windows."""
+    return _peak("RUSAGE_CHILDREN")
+
+
+def peak_of_this_process() -> float | None:
+    """The most memory [GB] that this process had resident; None on Windows."""
+    return _peak("RUSAGE_SELF")
+
+
+def _peak(who: str) -> float | None:
     try:
         import resource
     except ImportError:
         return None
     unit = 1 if sys.platform == "darwin" else 1024  # bytes on macOS, else KiB
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * unit / 1e9
+    return resource.getrusage(getattr(resource, who)).ru_maxrss * unit / 1e9
 
 
 def _shown(session: Session) -> Session:
