@@ -58,7 +58,7 @@ def refine_jointly(
     graph.refuted_step = is_refuted(pairwise.pairs)
     graph.edges = [pair for pair in map(graph.judge, pairwise.pairs) if _is_edge(pair)]
     graph.solve()
-    graph.attach()
+    graph.attach(pairwise.pairs)
     graph.close()
     graph.solve()
     graph.register_with_itself()
@@ -105,12 +105,14 @@ class _Graph:
         """Solve the graph of the edges found so far."""
         self.solution = solve(self.edges, self.views, self.diameter, self.settings)
 
-    def attach(self) -> None:
+    def attach(self, known: Sequence[PairEstimate]) -> None:
         """Find edges that hold what is apart to the most views that hold together, until no more can be.
 
         Where the views nearly slide, as mugs with hidden handles do, only a neighbour in time vouches for such an edge.
         """
-        partners = Partners(self.views, self.cache, self.pair_settings, self.settings)
+        partners = Partners(self.views, self.cache, self.pair_settings, self.settings, self.diameter)
+        for pair in known:
+            partners.learn(pair)
         while (edge := self._find_edge(partners)) is not None:
             self.edges.append(edge)
             self.solve()

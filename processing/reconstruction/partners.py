@@ -1,7 +1,7 @@
 """Which views are worth registering to each other: by where they look from, or by how a first look makes them agree."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -84,48 +84,51 @@ class Partners:
     cache: ViewCache
     pair_settings: PairSettings
     settings: GraphSettings
+    diameter: float  # of the object [m]
     _promise: dict[tuple[int, int], float] = field(default_factory=dict)  # (view, other) -> the score of a first look
-    _asked: dict[int, list[PairEstimate]] = field(default_factory=dict)  # view -> the pairs that it was asked for
+    _asked: dict[int, set[int]] = field(default_factory=dict)  # view -> the others that it was registered to
+    _open: dict[int, list[list[Freedom]]] = field(default_factory=dict)  # view -> what each of its pairs leaves open
+
+    def learn(self, pair: PairEstimate) -> None:
+        """Keep what became of a pair; what it leaves open may be because of its source."""
+        self._asked.setdefault(pair.source, set()).add(pair.target)
+        if pair.status == Status.AMBIGUOUS and pair.T_target_source is not None:
+            left = [*pair.freedoms, *(Freedom("turn", s.axis, s.point) for s in pair.symmetries)]
+            T = poses.invert(pair.T_target_source)
+            self._open.setdefault(pair.source, []).append([_move(freedom, T) for freedom in left])
 
     def propose(self, groups: Sequence[Sequence[int]], core: Sequence[int]) -> Iterator[tuple[int, int]]:
         """Yield (source, target), a view of a group and one of the core, likeliest first, as long as these may help."""
-        likely = [pair for group in groups for view in _spread(group) for pair in self._look(view, core)]
+        asking = [view for group in groups for view in _spread(group) if self._may_help(view)]
+        likely = [pair for view in asking for pair in self._look(view, core)]
         for view, other in sorted(likely, key=self._promise.__getitem__, reverse=True):
-            if self._may_help(view, self._promise[view, other]):
+            strong = self._promise[view, other] >= self.settings.promising
+            if self._may_help(view) and (strong or len(self._asked.get(view, ())) < self.settings.weak_tries):
                 yield view, other
 
-    def learn(self, pair: PairEstimate) -> None:
-        """Keep what became of a proposed pair."""
-        self._asked.setdefault(pair.source, []).append(pair)
+    def _may_help(self, view: int) -> bool:
+        """Whether a view was not asked too often, and does not leave so much open, or twice the same, by itself."""
+        near = self.settings.same_axis_deg, self.settings.same_axis_shift * self.diameter
+        left: list[Freedom] = []
+        for open_ in self._open.get(view, ()):
+            if any(same_freedom(a, b, *near) for a in open_ for b in left):
+                return False
+            left += open_
+        few = len(self._open.get(view, ())) < self.settings.open_tries
+        return few and len(self._asked.get(view, ())) < self.settings.tries
 
     def _look(self, view: int, core: Sequence[int]) -> list[tuple[int, int]]:
         """Look at a view with some of the core; those that it was not registered to yet."""
         place = {other: k for k, other in enumerate(self.views)}
         near = sorted(core, key=lambda other: (abs(place[other] - place[view]), place[other]))[:_NEXT]
         spread = sorted(core, key=lambda other: (place[other] * _GOLDEN) % 1)[:_SPREAD]
-        asked = {pair.target for pair in self._asked.get(view, ())}
+        asked = self._asked.get(view, set())
         pairs = [(view, other) for other in dict.fromkeys((*near, *spread)) if other not in asked]
         for pair in pairs:
             if pair not in self._promise:
                 source, target = (self.cache.get(index) for index in pair)
                 self._promise[pair] = look(PairRegistration(source, target, self.pair_settings))
         return pairs
-
-    def _may_help(self, view: int, promise: float) -> bool:
-        asked = self._asked.get(view, [])
-        weak = promise < self.settings.promising and len(asked) >= self.settings.weak_tries
-        open_ = [pair for pair in asked if pair.status == Status.AMBIGUOUS]
-        return not weak and len(asked) < self.settings.tries and not self._leaves_open(open_)
-
-    def _leaves_open(self, pairs: Sequence[PairEstimate]) -> bool:
-        """Whether pairs of a view leave so much open, or twice the same, that it is the view that does."""
-        axes = [freedom for pair in pairs for freedom in _in_source(pair)]
-        near = (
-            self.settings.same_axis_deg,
-            self.settings.same_axis_shift * self.cache.get_surface(self.views[0]).scale.diameter,
-        )
-        again = any(same_freedom(a, b, *near) for k, a in enumerate(axes) for b in axes[:k])
-        return again or len(pairs) >= self.settings.open_tries
 
 
 def _spread(group: Sequence[int]) -> list[int]:
@@ -134,10 +137,7 @@ def _spread(group: Sequence[int]) -> list[int]:
     return [group[row] for row in np.rint(rows).astype(int)]
 
 
-def _in_source(pair: PairEstimate) -> list[Freedom]:
-    """The free motions of a pair in its source's frame."""
-    if pair.T_target_source is None:
-        return []
-    T = poses.invert(pair.T_target_source)
-    moved = ((poses.rotate(T, f.axis[None])[0], poses.transform(T, f.point[None])[0], f.kind) for f in pair.freedoms)
-    return [Freedom(kind, axis, point) for axis, point, kind in moved]
+def _move(freedom: Freedom, T: np.ndarray) -> Freedom:
+    """A free motion in another frame."""
+    axis, point = poses.rotate(T, freedom.axis[None])[0], poses.transform(T, freedom.point[None])[0]
+    return replace(freedom, axis=axis, point=point)

@@ -1,17 +1,25 @@
-"""The choice of pairs to register: in every band of angles, and round a closed circle."""
+"""The choice of pairs to register: in every band of angles, round a circle, and for views that nothing holds."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 from orbitscan.processing.reconstruction.partners import (
+    Partners,
     choose_edges,
     choose_keyviews,
     choose_nearest,
     viewing_direction,
 )
-from tests.geometry import random_pose
+from orbitscan.processing.reconstruction.pose_graph import GraphSettings
+from orbitscan.processing.results.estimates import Freedom
+from orbitscan.processing.results.status import Status
+from tests.geometry import random_pose, scan
+from tests.processing.scene import SETTINGS, Scene, edge
 
+DIAMETER = 0.3
 BANDS = (10.0, 30.0, 50.0, 75.0)
 
 
@@ -65,3 +73,41 @@ def test_every_view_of_a_coarse_circle_is_a_keyview():
     directions = circle(18)
     assert choose_keyviews(directions, 10) == list(directions)
     assert choose_nearest(directions, list(directions), []) == []
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """Five views, 20 degrees from one to the next."""
+    return Scene(scan(n_views=5, step_deg=20))
+
+
+@pytest.fixture
+def partners(scene):
+    return Partners(range(5), scene, SETTINGS.pair, GraphSettings(tries=3, weak_tries=2), DIAMETER)
+
+
+def ask(partners, groups, core, status, freedom=None):
+    """The pairs proposed, all of which come to nothing."""
+    asked = []
+    for source, target in partners.propose(groups, core):
+        asked.append((source, target))
+        freedoms = () if freedom is None else (freedom,)
+        partners.learn(replace(edge(source, target, np.eye(4), freedoms=freedoms), status=status))
+    return asked
+
+
+def test_the_view_that_overlaps_most_is_asked_first_and_not_all(partners):
+    asked = ask(partners, [[4]], [0, 1, 2, 3], Status.DIVERGED)
+    assert asked[0] == (4, 3)
+    assert len(asked) == 3
+    assert ask(partners, [[4]], [0, 1, 2, 3], Status.DIVERGED) == []
+
+
+def test_any_view_of_a_group_may_hold_it(partners):
+    assert ask(partners, [[3, 4]], [2], Status.DIVERGED)[0] == (3, 2)
+
+
+def test_a_view_that_leaves_the_same_open_twice_is_asked_no_more(partners):
+    freedom = Freedom("turn", np.array([0, 1.0, 0]), np.zeros(3))
+    partners.learn(replace(edge(4, 3, np.eye(4), freedoms=(freedom,)), status=Status.AMBIGUOUS))
+    assert len(ask(partners, [[4]], [0, 1, 2], Status.AMBIGUOUS, freedom)) == 1
