@@ -104,7 +104,7 @@ def process(
         classification=classifier.fuse([r.classification for r in records if r.classification]) if classifier else None,
         reconstruction={method: found[method] for method in METHODS if method in methods},
         model=model,
-        model_apart=steps.build_model(views, found[best].components.get(1, {}), best) if best else None,
+        model_apart=steps.build_model(views, found[best].components.get(1, {}), best, meshed=False) if best else None,
         turntable=turntable,
         coverage=measure_coverage(placed, info.sensor_origin, model, turntable, settings.coverage),
         seconds=total([*(record.seconds for record in records), watch.lap()], methods, watch.elapsed),

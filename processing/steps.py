@@ -101,7 +101,11 @@ class Steps:
             found = competition.register_near(PairRegistration(source, target, self.settings.pair), name, start)
             return competition.verify_usual(found, hints.usual, self.settings.pair)
 
-    def build_model(self, views: Views, T: Mapping[int, np.ndarray], method: Method | None) -> Model | None:
-        """The model of views that a method placed, T by view."""
+    def build_model(
+        self, views: Views, T: Mapping[int, np.ndarray], method: Method | None, *, meshed: bool = True
+    ) -> Model | None:
+        """The model of views that a method placed, T by view; with a mesh where one is wanted."""
+        how = self.settings.model
+        how = how if meshed else replace(how, mesh=replace(how.mesh, wanted=False))
         with self.watch("outlier_removal", SESSION):
-            return build_model(views, T, method, self.scale, self.info.sensor_origin, self.settings.model)
+            return build_model(views, T, method, self.scale, self.info.sensor_origin, how)

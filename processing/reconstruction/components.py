@@ -1,6 +1,6 @@
 """What holds together: the groups of views that pairs connect, each in a frame of its own, the largest in frame {0}."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,17 +25,25 @@ class Component:
 
 
 def find_components(
-    T: Mapping[int, np.ndarray], holding: Sequence[Ends], rigid: Sequence[Ends], origin: int | None = None
+    T: Mapping[int, np.ndarray],
+    holding: Sequence[Ends],
+    rigid: Sequence[Ends],
+    origin: int | None = None,
+    before: Collection[int] = (),
 ) -> tuple[Component, ...]:
     """Find what pairs hold together, that of most rigid views first; a view that none holds is a component.
 
     `T` are poses in the order of use, in one frame for views that the holding pairs connect. The rigid ones among these
-    leave nothing open. Where an origin is given its component comes first, in its frame.
+    leave nothing open. Where an origin is given its component comes first, in its frame; else those of the views
+    `before`, where there are any.
     """
     views = list(T)
     groups, cores = label_groups(views, holding), label_groups(views, rigid)
     components = [_gather(T, views, np.flatnonzero(groups == group), cores, origin) for group in np.unique(groups)]
-    components.sort(key=lambda c: (c.first != origin, -len(c.rigid)))  # of equal ones the earlier is the first
+    others = set(before)
+    components.sort(  # of equal ones the earlier is the first
+        key=lambda c: (c.first != origin, others.isdisjoint(c.T), -len(c.rigid), -len(c.T))
+    )
     return tuple(components)
 
 
@@ -51,23 +59,32 @@ def label_groups(views: Sequence[int], ends: Sequence[Ends]) -> np.ndarray:
 
 
 def place_views(
-    views: Sequence[ViewEstimate], components: Sequence[Component], tell: Callable[[int], Status]
+    views: Sequence[ViewEstimate],
+    components: Sequence[Component],
+    tell: Callable[[int], tuple[Status, str | None]],
+    notes: Mapping[int, str | None] | None = None,
 ) -> list[ViewEstimate]:
-    """Place views as components do; `tell` says what becomes of one that is not rigid in the largest."""
+    """Place views as components do; `tell` says what becomes of one that is not rigid in its own, and why.
+
+    `notes` are of those that are rigid in the largest.
+    """
     first, *others = components
-    apart = {view: k for k, other in enumerate(others, start=1) if len(other.rigid) > 1 for view in other.rigid}
+    apart = {view: k for k, other in enumerate(others, start=1) if len(other.T) > 1 for view in other.T}
     placed = []
     for view in views:
-        nowhere = replace(view, T_0_i=None, component=None, T_component_i=None, pair=None)
-        if view.view in first.T:
-            status = Status.OK if view.view in first.rigid else tell(view.view)
-            placed.append(replace(nowhere, component=0, T_0_i=first.T[view.view], status=status))
-        elif k := apart.get(view.view):
-            together, words = components[k], APART.format(len(components[k].rigid))
-            moved = replace(nowhere, component=k, T_component_i=together.T[view.view])
-            placed.append(replace(moved, status=Status.NOT_CONNECTED, note=words))
-        else:
-            placed.append(replace(nowhere, status=tell(view.view)))
+        index = view.view
+        status, note = tell(index)
+        found = replace(view, status=status, note=note, T_0_i=None, component=None, T_component_i=None, pair=None)
+        if index in first.T:
+            found = replace(found, component=0, T_0_i=first.T[index])
+            if index in first.rigid:
+                found = replace(found, status=Status.OK, note=(notes or {}).get(index))
+        elif k := apart.get(index):
+            together = components[k]
+            found = replace(found, component=k, T_component_i=together.T[index])
+            if index in together.rigid:
+                found = replace(found, status=Status.NOT_CONNECTED, note=APART.format(len(together.T)))
+        placed.append(found)
     return placed
 
 

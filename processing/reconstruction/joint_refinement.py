@@ -1,6 +1,6 @@
 """The joint refinement: edges between all views that overlap, found and not assumed, and one pose for each view."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise as successive
 
@@ -101,9 +101,9 @@ class _Graph:
         """A pair, after what the others say of the user's step."""
         return distrust(pair) if self.refuted_step else pair
 
-    def solve(self) -> None:
-        """Solve the graph of the edges found so far."""
-        self.solution = solve(self.edges, self.views, self.diameter, self.settings)
+    def solve(self, before: Collection[int] = ()) -> None:
+        """Solve the graph of the edges found so far; what holds the views `before` gives frame {0}."""
+        self.solution = solve(self.edges, self.views, self.diameter, self.settings, before)
 
     def attach(self, known: Sequence[PairEstimate]) -> None:
         """Find edges that hold what is apart to the most views that hold together, until no more can be.
@@ -176,8 +176,8 @@ class _Graph:
         self.symmetries = tell_by_color(self.cache, T_0, self.symmetries, colored, self.pair_settings)
         if self.symmetries:
             self.edges = [self.judge(self._challenge(edge)) for edge in self.edges]
-            self.solve()
-            back = poses.invert(T_0[self.solution.origin])  # another view is the first that nothing is open of
+            self.solve(before=T_0.keys())  # what is apart was not looked at: it is not to be believed instead
+            back = poses.invert(T_0[self.solution.origin])  # another view may be the first that nothing is open of
             self.symmetries = [symmetry.moved(back) for symmetry in self.symmetries]
 
     def _register(
@@ -212,15 +212,17 @@ def _place(views: Sequence[ViewEstimate], solution: Solution) -> list[ViewEstima
     """Return views as the solution places them."""
     before = {view.view: view for view in views}
 
-    def tell(view: int) -> Status:
-        if view in solution.T_0:
-            return Status.AMBIGUOUS
-        told = before[view].status
-        refuted = told == Status.INCONSISTENT and before[view].note is not None
-        return told if refuted or told in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED
+    held = {view for component in solution.components if len(component.T) > 1 for view in component.T}
 
-    placed = place_views(views, solution.components, tell)
-    return [view if view.T_0_i is None else replace(view, note=None) for view in placed]
+    def tell(view: int) -> tuple[Status, str | None]:
+        told, note = before[view].status, before[view].note
+        if view in held or view == solution.origin:
+            return Status.AMBIGUOUS, None
+        if told == Status.INCONSISTENT and note is not None:
+            return told, note
+        return told if told in (Status.UNREADABLE, Status.TOO_FEW_POINTS) else Status.NOT_CONNECTED, None
+
+    return place_views(views, solution.components, tell)
 
 
 def _mark(edge: PairEstimate, keep: bool) -> PairEstimate:

@@ -1,6 +1,6 @@
 """Joint refinement: a graph of overlapping views whose pairs are all registered, solved for all poses at once."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 
@@ -135,12 +135,18 @@ def count_support(edges: Sequence[PairEstimate], diameter: float, settings: Grap
     return support.tolist()
 
 
-def solve(pairs: Sequence[PairEstimate], views: Sequence[int], diameter: float, settings: GraphSettings) -> Solution:
+def solve(
+    pairs: Sequence[PairEstimate],
+    views: Sequence[int],
+    diameter: float,
+    settings: GraphSettings,
+    before: Collection[int] = (),
+) -> Solution:
     """Find the poses of views (in the order of use) that all pairs agree on best; one that contradicts is left out.
 
     The diameter [m] is the object's. Pairs are reweighted by how each disagrees in proportion to what is usual. Those
-    that leave something open hold only what nothing else holds. Raises ValueError for a pair without pose or
-    information.
+    that leave something open hold only what nothing else holds. Of components that of the views `before`, where there
+    are any, comes first. Raises ValueError for a pair without pose or information.
     """
     edges = Measurements.of(pairs, views)
     found, tree = place(pairs, count_support(pairs, diameter, settings))
@@ -154,7 +160,8 @@ def solve(pairs: Sequence[PairEstimate], views: Sequence[int], diameter: float, 
     contradicted[used] = (weights <= _QUARTER) & _differ(edges.take(used), T, diameter, settings)
     holding = used & ~contradicted
     ends = _ends(pairs, holding), _ends(pairs, holding & rigid)
-    return Solution(find_components(dict(zip(views, T, strict=True)), *ends), tuple((~contradicted).tolist()))
+    components = find_components(dict(zip(views, T, strict=True)), *ends, before=before)
+    return Solution(components, tuple((~contradicted).tolist()))
 
 
 def _differ(edges: Measurements, T: np.ndarray, diameter: float, settings: GraphSettings) -> np.ndarray:

@@ -161,16 +161,18 @@ def compose(
     own = {pair.source: pair for pair in pairs}
     unusable = {view.view: view.status for view in views if view.status in (Status.UNREADABLE, Status.TOO_FEW_POINTS)}
 
-    def tell(view: int) -> Status:
+    def tell(view: int) -> tuple[Status, str | None]:
         pair = own.get(view)
-        broken = Status.NOT_CONNECTED if pair is None or pair.status == Status.OK else pair.status
-        return unusable.get(view, broken)
+        if view in unusable or pair is None or pair.status == Status.OK:
+            return unusable.get(view, Status.NOT_CONNECTED), None
+        return pair.status, pair.note
 
     holding = [pair for pair in links if pair.T_target_source is not None]
     found, _ = place(holding, [0] * len(holding))
     T = {view.view: found.get(view.view, np.eye(4)) for view in views if view.view not in unusable}
     rigid = [pair for pair in holding if pair.status == Status.OK]
-    return place_views(views, find_components(T, list(_ends(holding)), list(_ends(rigid)), origin), tell)
+    components = find_components(T, list(_ends(holding)), list(_ends(rigid)), origin)
+    return place_views(views, components, tell, {pair.source: pair.note for pair in rigid})
 
 
 def _ends(pairs: Sequence[PairEstimate]) -> Iterator[Ends]:

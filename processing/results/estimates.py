@@ -239,7 +239,11 @@ class MethodResult:
     def of(cls, views: Sequence[ViewEstimate], pairs: Sequence[PairEstimate], origin: int | None, **rest: Any) -> Self:
         """The result of views and pairs, each view with the pair that speaks for it, and its summary."""
         speaking = {view: (pair.source, pair.target) for view, pair in speaking_pairs(pairs).items()}
-        named = tuple(replace(view, pair=speaking.get(view.view, view.pair)) for view in views)
+        believed = {pair.source for pair in pairs if pair.status.is_believed}
+        spoken_for = {view.view for view in views if view.status != Status.OK or view.view in believed}
+        named = tuple(
+            replace(view, pair=speaking.get(view.view) if view.view in spoken_for else None) for view in views
+        )
         return cls(named, tuple(pairs), summary=summarize(views, origin), **rest)
 
     @property
@@ -262,7 +266,7 @@ class MethodResult:
         """Those that hold together but not to view {0}: component, of most views first -> view -> T_component_i."""
         found: dict[int, dict[int, np.ndarray]] = {}
         for view in sorted(self.views, key=lambda view: view.component or 0):
-            if view.component and view.T_component_i is not None:
+            if view.component and view.T_component_i is not None and view.status != Status.AMBIGUOUS:
                 found.setdefault(view.component, {})[view.view] = view.T_component_i
         return found
 

@@ -185,6 +185,8 @@ class SessionReview:
             for view, stamp_ns in stamps_ns.items():
                 self._placed.set_time(view, stamp_ns)
                 self._log_truth(view)
+                if self._T_0_object is None:
+                    self._stream.log("/object/truth", rr.Clear(recursive=True))
         for method, found in result.reconstruction.items():
             self._placed.log_final(method, found, stamps_ns)
         if self._joint:

@@ -94,8 +94,10 @@ class PlacedViews:
                 continue
             if _same(drawn, estimate):
                 continue
+            if drawn is not None and drawn.status != Status.OK == estimate.status:
+                self._stream.log(f"{entities.view_path(method, estimate.view)}/label", rr.Clear(recursive=False))
             self.log_placed(method, estimate)
-            self._color_cloud(method, estimate)
+            self._color_cloud(method, estimate, again=drawn is not None and drawn.status != estimate.status)
 
     def log_edges(self, found: MethodResult, stamps_ns: Mapping[int, int]) -> None:
         """The edges of the graph."""
@@ -156,12 +158,14 @@ class PlacedViews:
         )
         self._stream.log(f"{path}/camera", frustum)
 
-    def _color_cloud(self, method: Method, estimate: ViewEstimate) -> None:
+    def _color_cloud(self, method: Method, estimate: ViewEstimate, *, again: bool) -> None:
         """Colour a cloud by its status; one that stood nowhere when it came is drawn by a few of its points."""
         view, points = estimate.view, self._samples[estimate.view]
         color, path = entities.status_color(estimate.status), entities.cloud_path(method, view)
         if not len(points):
             return
+        if again:  # its colours are those of another status
+            color = color or entities.view_color(view, self._info.views)
         if (method, view) not in self._clouds:
             color = color or entities.view_color(view, self._info.views)
             self._stream.log(path, rr.Points3D(points, colors=color, radii=-1.5))

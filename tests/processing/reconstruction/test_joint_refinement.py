@@ -135,6 +135,15 @@ def test_halves_that_share_nothing_each_hold_together(arc):
     assert len(last.model.points) > len(last.model_apart.points) > 500
 
 
+def test_views_of_a_bottle_hold_together_without_a_foreign_first(arc):
+    bottles = scan(n_views=4, step_deg=20, surface=bottle, points=6_000)
+    session = rearranged(bottles, range(4), {0: arc.load(0)})
+    found = run(session)["refined"]
+    assert found.origin == 1
+    assert statuses(found) == ["not_connected", "ok", "ambiguous", "ambiguous"]
+    assert [view.component for view in found.views] == [None, 0, 0, 0]
+
+
 def test_a_refused_pair_that_others_bear_out_is_right(ready):
     refused = replace(exact(ready, 2, 1), status=Status.DIVERGED)
     known = pairwise_of(ready, [exact(ready, 1, 0), refused, exact(ready, 3, 2)])

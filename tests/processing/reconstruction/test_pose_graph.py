@@ -147,6 +147,15 @@ def test_views_alone_are_each_a_component():
     assert [component.first for component in solution.components] == [3, 1]  # in the order of use
 
 
+def test_what_held_before_stays_first_and_views_that_are_ambiguous_count_too():
+    T_0 = ring(np.random.default_rng(0), 8)
+    edges = [free_turn(T_0, 1, 0), free_turn(T_0, 2, 1), *measure(T_0, [(4, 3), (5, 4), (7, 6)])]
+    assert solve(edges, range(8), DIAMETER, HOW).origin == 3
+    assert solve(edges, range(8), DIAMETER, HOW, before=[1, 2]).origin == 0
+    assert [c.first for c in solve(edges[:2], range(4), DIAMETER, HOW).components] == [0, 3]
+    assert solve([free_turn(T_0, 2, 1)], range(3), DIAMETER, HOW).origin == 1
+
+
 def test_of_equal_components_the_earlier_is_the_first():
     T_0 = ring(np.random.default_rng(0), 4)
     edges = measure(T_0, [(1, 0), (3, 2)])

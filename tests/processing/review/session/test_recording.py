@@ -97,6 +97,7 @@ def test_where_another_view_gives_the_frame_all_is_drawn_anew(tmp_path):
     for method, found in session.reconstruction.items():
         estimates = [replace(v, T_0_i=back @ v.T_0_i) if v.view in (1, 2, 3) else v for v in found.views]
         estimates[0] = replace(estimates[0], status=Status.NOT_CONNECTED, T_0_i=None)
+        estimates[FAILED] = replace(estimates[FAILED], status=Status.OK if method == "icp" else Status.LOW_OVERLAP)
         moved[method] = replace(found, views=tuple(estimates))
     path = tmp_path / "review.rrd"
     with SessionReview(path, make_info(5), METHODS, true_poses(5)) as review:
@@ -111,7 +112,10 @@ def test_where_another_view_gives_the_frame_all_is_drawn_anew(tmp_path):
     shown = translations[entities.view_path("truth", 2)][2][0]
     assert np.allclose(shown, (poses.invert(truth[1]) @ truth[2])[:3, 3], atol=1e-6)
     cleared = read_rows(path, "/object/**", "Clear:is_recursive")
-    assert set(cleared) == {entities.view_path(method, 0) for method in METHODS}
+    label = f"{entities.view_path('icp', FAILED)}/label"
+    assert set(cleared) == {label, *(entities.view_path(method, 0) for method in METHODS)}
+    colors = read_rows(path, "/object/icp/**", "Points3D:colors")
+    assert colors[entities.cloud_path("icp", FAILED)][FAILED] == [packed(entities.view_color(FAILED, 5))]
     curves = read_rows(path, "/errors_again/**", "Scalars:scalars")
     assert set(curves["/errors_again/translation_m/pairwise"]) == {0, 1, 2, 3}
     assert "Frame {0} is that of view 1." in read_rows(path, "/summary", "TextDocument:text")["/summary"][-1][0]
