@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-Ends = tuple[int, int]  # the views of a pair
+from orbitscan.processing.reconstruction.components import Ends
 
 
 def find_disputed(holding: Sequence[Ends], contradicting: Iterable[Ends], origin: int) -> set[int]:

@@ -132,7 +132,7 @@ class _Graph:
     def _list_groups(self) -> list[list[int]]:
         """List the views that edges hold together which leave nothing open, each group in the order of use."""
         kept = [edge for edge, keep in zip(self.edges, self.solution.kept, strict=True) if keep]
-        ends = [(edge.source, edge.target) for edge in kept if edge.status == Status.OK]
+        ends = [edge.ends for edge in kept if edge.status == Status.OK]
         groups: dict[int, list[int]] = {}
         for view, label in zip(self.views, label_groups(self.views, ends).tolist(), strict=True):
             groups.setdefault(label, []).append(view)
@@ -144,7 +144,7 @@ class _Graph:
         outlooks = {view: self.cache.get_outlook(view) for view in rigid}
         directions = {v: viewing_direction(rigid[v], seen.middle, seen.sensor_origin) for v, seen in outlooks.items()}
         keyviews = choose_keyviews(directions, self.settings.keyview_deg)
-        known = [(edge.source, edge.target) for edge in self.edges]
+        known = [edge.ends for edge in self.edges]
         edges = choose_edges({view: directions[view] for view in keyviews}, known, self.settings.bands_deg)
         for source, target in edges + choose_nearest(directions, keyviews, known):
             start = poses.invert(rigid[target]) @ rigid[source]
@@ -211,7 +211,6 @@ def _is_edge(pair: PairEstimate) -> bool:
 def _place(views: Sequence[ViewEstimate], solution: Solution) -> list[ViewEstimate]:
     """Return views as the solution places them."""
     before = {view.view: view for view in views}
-
     held = {view for component in solution.components if len(component.T) > 1 for view in component.T}
 
     def tell(view: int) -> tuple[Status, str | None]:
@@ -236,7 +235,7 @@ def _goes_round(solution: Solution, edges: Sequence[PairEstimate], views: Sequen
     turns = [poses.rotation_angle(solution.T_0[a][:3, :3].T @ solution.T_0[b][:3, :3]) for a, b in successive(placed)]
     turned = dict(zip(placed, np.concatenate([[0.0], np.cumsum(turns)]), strict=True))
     kept = [e for e, keep in zip(edges, solution.kept, strict=True) if keep]
-    ends = [(e.source, e.target) for e in kept if e.source in turned and e.target in turned]
+    ends = [e.ends for e in kept if e.source in turned and e.target in turned]
     return any(
         abs(turned[a] - turned[b]) + poses.rotation_angle(solution.T_0[a][:3, :3].T @ solution.T_0[b][:3, :3]) > _ROUND
         for a, b in ends
@@ -257,8 +256,7 @@ def _find_freedoms(
         if T is None:
             continue
         for freedom in edge.freedoms:
-            axis, point = T[:3, :3] @ freedom.axis, poses.transform(T, freedom.point[None])[0]
-            moved = Freedom(freedom.kind, axis, point)
+            moved = freedom.moved(T)
             if not any(same_freedom(moved, other, *near) for other in found):
                 found.append(moved)
     return tuple(found)

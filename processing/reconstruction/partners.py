@@ -1,7 +1,7 @@
 """Which views are worth registering to each other: by where they look from, or by how a first look makes them agree."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -95,7 +95,7 @@ class Partners:
         if pair.status == Status.AMBIGUOUS and pair.T_target_source is not None:
             left = [*pair.freedoms, *(Freedom("turn", s.axis, s.point) for s in pair.symmetries)]
             T = poses.invert(pair.T_target_source)
-            self._open.setdefault(pair.source, []).append([_move(freedom, T) for freedom in left])
+            self._open.setdefault(pair.source, []).append([freedom.moved(T) for freedom in left])
 
     def propose(self, groups: Sequence[Sequence[int]], core: Sequence[int]) -> Iterator[tuple[int, int]]:
         """Yield (source, target), a view of a group and one of the core, likeliest first, as long as these may help."""
@@ -135,9 +135,3 @@ def _spread(group: Sequence[int]) -> list[int]:
     """Some views of a group, its ends among them."""
     rows = np.linspace(0, len(group) - 1, min(_SPOKESMEN, len(group)))
     return [group[row] for row in np.rint(rows).astype(int)]
-
-
-def _move(freedom: Freedom, T: np.ndarray) -> Freedom:
-    """A free motion in another frame."""
-    axis, point = poses.rotate(T, freedom.axis[None])[0], poses.transform(T, freedom.point[None])[0]
-    return replace(freedom, axis=axis, point=point)

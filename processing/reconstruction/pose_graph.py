@@ -173,7 +173,7 @@ def _differ(edges: Measurements, T: np.ndarray, diameter: float, settings: Graph
 
 def _ends(pairs: Sequence[PairEstimate], chosen: np.ndarray) -> list[Ends]:
     """The views of the chosen pairs (E,) bool."""
-    return [(pair.source, pair.target) for pair, take in zip(pairs, chosen, strict=True) if take]
+    return [pair.ends for pair, take in zip(pairs, chosen, strict=True) if take]
 
 
 def _is_rigid(pair: PairEstimate) -> bool:

@@ -1,11 +1,11 @@
 """The poses of one method, composed pair by pair (thesis (4.17))."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from orbitscan.processing.reconstruction.components import Ends, find_components, place_views
+from orbitscan.processing.reconstruction.components import find_components, place_views
 from orbitscan.processing.reconstruction.pose_graph import place
 from orbitscan.processing.registration.prepared_view import PreparedView
 from orbitscan.processing.results.estimates import MethodResult, PairEstimate, UsualMisfit, ViewEstimate
@@ -171,12 +171,8 @@ def compose(
     found, _ = place(holding, [0] * len(holding))
     T = {view.view: found.get(view.view, np.eye(4)) for view in views if view.view not in unusable}
     rigid = [pair for pair in holding if pair.status == Status.OK]
-    components = find_components(T, list(_ends(holding)), list(_ends(rigid)), origin)
+    components = find_components(T, [pair.ends for pair in holding], [pair.ends for pair in rigid], origin)
     return place_views(views, components, tell, {pair.source: pair.note for pair in rigid})
-
-
-def _ends(pairs: Sequence[PairEstimate]) -> Iterator[Ends]:
-    return ((pair.source, pair.target) for pair in pairs)
 
 
 def begin_trajectories(methods: Sequence[str]) -> dict[Method, Trajectory]:

@@ -45,7 +45,7 @@ def judge_views(
     if not any(_moves(T, center, diameter) for T in T_0.values()):
         doubts = dict.fromkeys(T_0.keys() - {origin}, STILL)
     doubts |= {view: SLIPS.format(deg) for view, deg in find_slips(T_0).items() if view != origin}
-    doubts |= dict.fromkeys(find_disputed(_ends(holding), _ends(contradicting), origin), DISPUTED)
+    doubts |= dict.fromkeys(find_disputed([p.ends for p in holding], [p.ends for p in contradicting], origin), DISPUTED)
     bounds = {origin: Uncertainty(np.zeros((6, 6)), center)} | measure_graph(holding, T_0, center, origin)
     return [_judge(view, bounds.get(view.view), doubts.get(view.view), diameter) for view in views]
 
@@ -85,10 +85,6 @@ def _judge(view: ViewEstimate, known: Uncertainty | None, doubt: str | None, dia
     return replace(
         view, status=status, rotation_bound_deg=known.rotation_bound_deg, center_bound_m=known.center_bound_m
     )
-
-
-def _ends(pairs: Sequence[PairEstimate]) -> list[tuple[int, int]]:
-    return [(pair.source, pair.target) for pair in pairs]
 
 
 def _place_ok(views: Sequence[ViewEstimate]) -> dict[int, np.ndarray]:

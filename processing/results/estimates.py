@@ -91,6 +91,11 @@ class Freedom:
     axis: Array  # (3,) unit
     point: Array  # (3,) metres
 
+    def moved(self, T_a_b: np.ndarray) -> "Freedom":
+        """The same, of coordinates in b, for coordinates in a."""
+        axis, point = poses.rotate(T_a_b, self.axis[None])[0], poses.transform(T_a_b, self.point[None])[0]
+        return replace(self, axis=axis, point=point)
+
 
 @dataclass(frozen=True, eq=False)
 class Symmetry:
@@ -154,6 +159,11 @@ class PairEstimate(_ErrorsInline):
     center_bound_m: float | None = None  # the same of the centre of the object
     note: str | None = None  # what else is to be said of its status
     errors: PairErrors = field(default_factory=PairErrors)
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """Source and target."""
+        return self.source, self.target
 
     def with_uncertainty(self, known: Uncertainty | None) -> Self:
         """The estimate with how well it is known; None: that nobody can tell."""
